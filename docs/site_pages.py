@@ -1,10 +1,11 @@
-"""Hooks that mkdocs calls to build the site: pages made from the code, links into the code, formulas as MathML."""
+"""Hooks that mkdocs calls to build the site: pages made from the code, links to pages and code, formulas as MathML."""
 
 from __future__ import annotations
 
 import html
 import re
 from pathlib import Path
+from typing import Any
 
 from latex2mathml.converter import convert
 from mkdocs.config.defaults import MkDocsConfig
@@ -26,6 +27,12 @@ CODE_LINK = re.compile(r"\]\((?:\.\./)+(slam/[\w/]+)(?:\.py)?\)")
 ROOT_PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
 """Pages of the site by the files of the repository's root that they show."""
 ROOT_LINK = re.compile(rf"\]\(\.\./({'|'.join(map(re.escape, ROOT_PAGES))})")
+FILE_LINK = re.compile(r"\[([\w/-]+\.md)\]\(((?:\.\./)*)([\w/-]+\.md)([^)]*)\)")
+"""A link whose text is the name of its file."""
+NAMED_PAGE = re.compile(r"docs/([\w-]+\.md)")
+"""A page as help texts name it."""
+PICTURE = re.compile(r'<img alt="[^"]*" src="([^"]+)" ?/?>')
+INLINE_CODE = re.compile(r"(?<!</span>)(?<!<pre>)<code>[^<]+</code>")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -43,9 +50,14 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Lead links out of docs/ to what the site shows of these files; a module that it does not show has no link."""
+    """Lead links out of docs/ to what the site shows of these files, and name pages by their titles.
+
+    A module that the site does not show has no link.
+    """
     packages = api_packages(config)
     up = "../" * page.url.count("/")
+    titles = {path: title for section in config.nav or () for named in next(iter(section.values()))
+              for title, path in named.items()}  # fmt: skip
 
     def linked(match: re.Match[str]) -> str:
         module = match[1].replace("/", ".")
@@ -53,11 +65,17 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         return f"]({up}{API}{package}.md#{module})" if package in packages else f"](# '{match[1]}.py')"
 
     markdown = ROOT_LINK.sub(lambda match: f"]({ROOT_PAGES[match[1]]}", markdown)
+    markdown = FILE_LINK.sub(
+        lambda match: f"[{titles.get(match[3], match[1])}]({match[2]}{match[3]}{match[4]})", markdown
+    )
     return CODE_LINK.sub(linked, markdown)
 
 
 def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Formulas as MathML, which browsers draw by themselves."""
+    """Formulas as MathML, which browsers draw by themselves; a picture leads to itself, in its own size.
+
+    Long names in code may be cut into lines behind a dot, a slash, an underscore or an equals sign.
+    """
 
     def drawn(match: re.Match[str]) -> str:
         display = "block" if match["tag"] == "div" else "inline"
@@ -65,6 +83,8 @@ def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files
         formula = FUNCTION.sub(r'\1<mspace width="0.167em" />', formula)
         return f'<div class="formula">{formula}</div>' if display == "block" else formula
 
+    content = PICTURE.sub(r'<a href="\1">\g<0></a>', content)
+    content = INLINE_CODE.sub(lambda match: re.sub(r"(?<=\w[./_=])(?=\w)", "<wbr>", match[0]), content)
     return FORMULA.sub(drawn, content)
 
 
@@ -87,14 +107,14 @@ def scenario() -> str:
     """Every key, from the schema."""
     from slam.scenario.reference import scenario_reference
 
-    return scenario_reference()
+    return linked_pages(scenario_reference())
 
 
 def environment() -> str:
     """The manual, from the class's docstring."""
     from slam.env.ids import find_env_id, manual
 
-    return manual(find_env_id("Corridor-v0"))
+    return linked_pages(manual(find_env_id("Corridor-v0")))
 
 
 def commands() -> str:
@@ -102,12 +122,26 @@ def commands() -> str:
     from slam.cli.main import app
 
     command = get_command(app)
+    name_whole(command)
     context = command.make_context("hopslam", [], resilient_parsing=True)
-    text = get_docs_for_click(obj=command, ctx=context, name="hopslam")
+    text = get_docs_for_click(obj=command, ctx=context, name="hopslam", title="Commands")
     text = re.sub(r"(`[^`]*`)|<", lambda match: match[1] or "&lt;", text).replace(
         "[bold]Examples[/bold]", "**Examples**:"
     )
-    return re.sub(r"^(hopslam .*(?:\n\S.*)*)$", r"```sh\n\1\n```", text, flags=re.MULTILINE)
+    text = re.sub(r"^(hopslam .*(?:\n\S.*)*)$", r"```sh\n\1\n```", text, flags=re.MULTILINE)
+    return linked_pages(text.replace("\n```\n\n```sh\n", "\n"))
+
+
+def name_whole(command: Any) -> None:
+    """Let lists of commands say the first sentence of each command whole."""
+    for part in getattr(command, "commands", {}).values():
+        part.short_help = " ".join((part.short_help or part.help or "").partition("\n\n")[0].split())
+        name_whole(part)
+
+
+def linked_pages(text: str) -> str:
+    """Make links of the pages that a text of the code names, for a page in reference/."""
+    return NAMED_PAGE.sub(r"[\1](../\1)", text)
 
 
 def api_packages(config: MkDocsConfig) -> list[str]:

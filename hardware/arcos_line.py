@@ -11,9 +11,9 @@ from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.serial_port import BITS_PER_BYTE, PortLost, SerialPort
 
 ANSWER: Final = 0.4
-"""Seconds within which a robot answers: a cycle and a long report at 9600 baud."""
+"""Seconds within which a robot answers: one cycle and a long report at 9600 baud."""
 _LOOK: Final = 0.1
-"""Seconds between two looks whether the program is leaving."""
+"""Seconds between two checks whether the program is ending."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class ReceivedPacket:
 
 
 class ArcosLine:
-    """Commands out, packets in, over a port; waiting ends with PortLost once ``leaving`` is set."""
+    """Sends commands and receives packets over a port; waiting ends with PortLost once ``leaving`` is set."""
 
     def __init__(self, port: SerialPort, leaving: threading.Event) -> None:
         self.port = port
@@ -33,7 +33,7 @@ class ArcosLine:
         self._decoder = PacketDecoder()
         self._began = self._heard_at = 0.0
         self.report_when_found_open: ReceivedPacket | None = None
-        """Last report of a robot that was found open, standing again; it has counted its travel all the time."""
+        """Last report of a robot that was left open, now at rest; its travel count never stopped."""
 
     @property
     def refused(self) -> Sequence[bytes]:
@@ -45,7 +45,7 @@ class ArcosLine:
         self.port.write(encode_packet(command.encode()))
 
     def receive(self, timeout: float) -> list[ReceivedPacket]:
-        """Return the packets that are whole now; none when nothing comes within ``timeout`` seconds."""
+        """Return the packets that are complete now; none if nothing arrives within ``timeout`` seconds."""
         pending, gap = self._decoder.pending, self.port.longest_gap
         data = self.port.read(min(timeout, gap) if pending else timeout)
         now = time.monotonic()
@@ -63,7 +63,7 @@ class ArcosLine:
         return arrivals
 
     def wait_for(self, wanted: Callable[[bytes], bool], timeout: float = ANSWER) -> bytes | None:
-        """Return the first wanted packet that comes in time; others are dropped."""
+        """Return the first wanted packet that arrives in time; others are dropped."""
         until = time.monotonic() + timeout
         while (left := until - time.monotonic()) > 0.0:
             if self._leaving.is_set():
@@ -74,7 +74,7 @@ class ArcosLine:
         return None
 
     def ask(self, command: Command, wanted: Callable[[bytes], bool], tries: int) -> bytes | None:
-        """Send a command until a wanted packet comes; None when none does after so many tries."""
+        """Send a command until a wanted packet arrives; None after ``tries`` without one."""
         for _ in range(tries):
             self.send(command)
             answer = self.wait_for(wanted)
@@ -83,7 +83,7 @@ class ArcosLine:
         return None
 
     def drain(self) -> None:
-        """Drop what is still coming, for a short while: a robot that was left open never pauses."""
+        """Drop what still arrives, for a short while: a robot that was left open never pauses."""
         until = time.monotonic() + 0.2
         while self.port.read(0.05) and time.monotonic() < until:
             pass

@@ -1,4 +1,4 @@
-"""The dialogue with an ARCOS robot: finds it on the line, opens it, asks for its settings, closes it."""
+"""The dialogue with an ARCOS robot: find it on the line, open it, read its settings, close it."""
 
 import logging
 import time
@@ -17,10 +17,10 @@ from slam.errors import RobotError
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
 _FAST_BAUD: Final = 38400
-_SENT: Final = 0.05
-"""Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
+_SENDING_TIME: Final = 0.05
+"""Seconds until a command has left the port, before the bit rate may change: 9 bytes take 10 ms at 9600 baud."""
 _BRAKING: Final = 2.5
-"""Seconds within which a robot stands that was told to stop."""
+"""Seconds within which a robot comes to rest after a stop command."""
 _TRIES: Final = 4
 _ROUNDS: Final = 3
 
@@ -45,21 +45,21 @@ def connect_robot(line: ArcosLine) -> Identity:
 
 
 def read_config(line: ArcosLine, otherwise: ArcosConfig | None = None) -> ArcosConfig:
-    """Return the settings in the robot's FLASH; those that it does not say are those of ``otherwise``, with a warning.
+    """Return the settings in the robot's FLASH; missing ones are taken from ``otherwise``, with a warning.
 
-    A packet whose checksum is wrong is believed when it comes twice alike. RobotError when nothing comes and there is
-    nothing else to take.
+    A packet with a wrong checksum is accepted if it arrives twice alike. RobotError if none arrives and ``otherwise``
+    is None.
     """
     packet = _config_packet(line)
     config = ArcosConfig() if packet is None else ArcosConfig.decode(packet)
     if config.watchdog or otherwise is None:
         if packet is None:
-            raise RobotError(f"{line.port.url}: the robot does not say its settings (CONFIG)")
+            raise RobotError(f"{line.port.url}: the robot does not report its settings (CONFIG)")
         return config
     config = otherwise if packet is None else ArcosConfig.decode(packet, otherwise)
     if config.watchdog:
         _LOG.warning(
-            "%s: the robot does not say its settings (CONFIG); hardware.settings is believed: a watchdog of %g s",
+            "%s: the robot does not report its settings (CONFIG); hardware.settings is used: a watchdog of %g s",
             line.port.url,
             config.watchdog,
         )
@@ -67,7 +67,7 @@ def read_config(line: ArcosLine, otherwise: ArcosConfig | None = None) -> ArcosC
 
 
 def _config_packet(line: ArcosLine) -> bytes | None:
-    """Ask for CONFIGpac, and return it; None when none comes."""
+    """Request CONFIGpac, and return it; None if none arrives."""
     for _ in range(_TRIES):
         line.send(Command(CommandId.CONFIG, 1))
         packet = line.wait_for(lambda data: data[0] == CONFIG_PACKET, 2.0 * ANSWER)
@@ -75,18 +75,18 @@ def _config_packet(line: ArcosLine) -> bytes | None:
             return packet
         damaged = [data for data in line.refused if data[0] == CONFIG_PACKET]
         if damaged and damaged.count(damaged[-1]) > 1:
-            _LOG.warning("%s: CONFIG has a wrong checksum, but comes twice alike: it is believed", line.port.url)
+            _LOG.warning("%s: CONFIG has a wrong checksum, but arrived twice alike, and is used", line.port.url)
             return damaged[-1]
     return None
 
 
 def speed_up(line: ArcosLine, config: ArcosConfig) -> None:
-    """Change to a bit rate that has room for every report, where the robot allows it; back again when it fails."""
+    """Change to a bit rate that is fast enough for every report, if the robot allows it; change back on failure."""
     slow = line.port.baud
     if config.autobaud != AUTOBAUD_SWITCH or not line.port.has_baud or slow >= _FAST_BAUD:
         return
     line.send(Command(CommandId.HOSTBAUD, BAUDS.index(_FAST_BAUD)))
-    time.sleep(_SENT)
+    time.sleep(_SENDING_TIME)
     line.port.baud = _FAST_BAUD
     line.send(Command(CommandId.PULSE))
     if line.wait_for(is_sip, 0.9) is None:
@@ -101,9 +101,9 @@ def disconnect_robot(line: ArcosLine) -> None:
 
 
 def _synchronise(line: ArcosLine) -> Identity | Literal["closed"] | None:
-    """Send SYNC0, SYNC1 and SYNC2, each echoed, or close a robot that was left open; None when none answers.
+    """Send SYNC0, SYNC1 and SYNC2, each echoed, or close a robot that was left open; None if none answers.
 
-    STOP comes first: for a robot that was left open SYNC0 is PULSE, upon which it may take up its last velocity.
+    STOP comes first: a robot that was left open takes SYNC0 as PULSE, and might resume its last velocity.
     """
     line.send(Command(CommandId.STOP))
     for number in (0, 1, SYNC2):
@@ -114,7 +114,7 @@ def _synchronise(line: ArcosLine) -> Identity | Literal["closed"] | None:
             standing = line.wait_for(is_standing, _BRAKING)
             line.report_when_found_open = ReceivedPacket(standing or answer, time.monotonic())
             line.send(Command(CommandId.CLOSE, 1))
-            time.sleep(_SENT)
+            time.sleep(_SENDING_TIME)
             return "closed"
         if number == SYNC2:
             with suppress(DecodeError):

@@ -1,4 +1,4 @@
-"""Dead reckoning from the reports of a P3-DX: counters unwrapped, impossible steps left out, wheels corrected."""
+"""Dead reckoning from the reports of a P3-DX: it unwraps counters, drops impossible steps, and scales the wheels."""
 
 from dataclasses import dataclass, replace
 from math import hypot
@@ -12,27 +12,27 @@ from slam.odometry import Twist2D
 from slam.pose import Pose2D, wrap_angle
 
 _SLACK: Final = Twist2D(0.02, 0.02)
-"""Metres and radians by which a step may always differ from the wheels' speeds: ramps, rounding ..."""
+"""Metres and radians by which a step may always differ from the wheels' speeds, for ramps and rounding."""
 _SLACK_TIME: Final = 0.1
-"""... and the seconds at these speeds by which it may differ too: reports are late at times."""
+"""Seconds at these speeds by which a step may differ too, as reports are sometimes late."""
 _SILENCE: Final = 0.3
-"""Seconds without a report after which the base may have gone at any speed meanwhile, up to ..."""
+"""Seconds without a report after which the base may have moved at any speed up to ``_FASTEST``."""
 _FASTEST: Final = Twist2D(1.2, 5.3)
-"""... the top speeds of a P3-DX, m/s and rad/s."""
+"""Top speeds of a P3-DX, m/s and rad/s."""
 _PATIENCE: Final = 0.5
-"""Seconds of impossible steps after which the odometry goes on from the place that the robot reports."""
+"""Seconds of impossible steps after which the odometry continues from the position that the robot reports."""
 
 
 def unwrapped_step(before: float, after: float, wrap: float) -> float:
-    """Return the step of least size between two readings of a counter modulo ``wrap``; within +-wrap / 2."""
+    """Return the smallest step between two readings of a counter modulo ``wrap``; within +-wrap / 2."""
     return (after - before + wrap / 2.0) % wrap - wrap / 2.0
 
 
 @dataclass(frozen=True, slots=True)
 class WheelScales:
-    """The factors that ``hopslam calibrate`` finds: of both wheels' travel, and of the track width.
+    """Factors that ``hopslam calibrate`` finds, for the travel of both wheels and for the track width.
 
-    The robot believes half its track to be ``half_track``, metres.
+    ``half_track`` is half the track width that the robot assumes, metres.
     """
 
     half_track: float
@@ -64,8 +64,8 @@ class _Reading:
 class PositionOdometry:
     """Integrates the position in each SIP.
 
-    A checksum lets one damaged packet in many thousands pass: a step that the speed of the wheels does not explain is
-    left out. One that was believed all the same is undone by the next report, which fits the one before.
+    The checksum misses one damaged packet in many thousands, so a step that the speed of the wheels does not explain is
+    left out. If a wrong step was accepted, the next report corrects it, as it fits the report before.
     """
 
     def __init__(self, units: ArcosUnits, scales: WheelScales, history: OdometryHistory) -> None:
@@ -73,11 +73,11 @@ class PositionOdometry:
         self._scales = scales
         self._history = history
         self._believed: tuple[_Reading, ...] = ()
-        """The last two, the newer one first."""
+        """The last two reports, the newer one first."""
         self._first_refused: float | None = None
 
     def add(self, stamp: float, sip: Sip) -> bool:
-        """Take a report, and return False where it is impossible."""
+        """Take a report, and return False if it is impossible."""
         reading = _Reading(stamp, sip, sip_twist(sip, self._units))
         if not self._believed:
             self._accept(reading, self._history.last[1] if self._history.last else Pose2D())
@@ -89,7 +89,7 @@ class PositionOdometry:
                 return True
         self._first_refused = self._first_refused or stamp
         if stamp - self._first_refused > _PATIENCE:
-            self._believed = ()  # the robot was moved to another place in its own mind, or began anew
+            self._believed = ()  # the robot's own position was set, or it restarted
         return False
 
     def _accept(self, reading: _Reading, pose: Pose2D) -> None:
@@ -104,7 +104,7 @@ class PositionOdometry:
         return Pose2D(turned.x, turned.y, wrap_angle(after.theta - before.theta))
 
     def _corrected(self, step: Pose2D) -> Pose2D:
-        """Correct a step by the wheels' scales, but for the part that wheels cannot roll, such as rounding."""
+        """Scale a step for each wheel, except the part that wheels cannot roll, such as rounding."""
         rolled = Twist2D.from_motion(step, 1.0)
         rest = rolled.motion(1.0).between(step)
         return self._scales.corrected(rolled).motion(1.0) @ rest

@@ -1,4 +1,4 @@
-"""Watch of the robot's battery: it warns once when the battery is low, and tells when it is empty."""
+"""Watch of the robot's battery: it warns once when the battery is low, and reports when it is empty."""
 
 import logging
 from typing import Final, Literal
@@ -9,11 +9,11 @@ from slam.scenario.hardware_config import HardwareConfig
 
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _LASTING: Final = 3.0
-"""Seconds for which the voltage must be down: motors that start pull it down for a moment."""
+"""Seconds for which the voltage must stay low: starting motors pull it down for a moment."""
 _BEFORE_SHUTDOWN: Final = 0.2
-"""Volts above the voltage at which the robot switches itself off, in the middle of a motion."""
+"""Volts above the voltage at which the robot switches itself off, possibly in motion."""
 _NOTHING: Final = 1.0
-"""Volts: a robot that reports less reports nothing."""
+"""Volts; a lower reading means that the robot reports no voltage."""
 
 
 class BatteryWatch:
@@ -46,7 +46,7 @@ class BatteryWatch:
             _LOG.warning("the robot's battery is low: %.1f V%s: bring it home and charge it", volts, ends)
 
     def _is_down(self, limit: float, stamp: float, volts: float) -> bool:
-        """Tell whether the voltage has been below this limit for long enough."""
+        """Return True if the voltage has been below this limit long enough."""
         if volts >= limit:
             self._down_since.pop(limit, None)
             return False

@@ -1,4 +1,4 @@
-"""The thread of a driver, which outlives both its device and a failure of its own."""
+"""The thread of a driver, which survives the loss of its device and bugs of the driver."""
 
 import logging
 import threading
@@ -12,15 +12,15 @@ from slam.errors import RobotError
 _LOG: Final = logging.getLogger("hopslam.device")
 _FIRST_PAUSE: Final = 0.1
 _LONGEST_PAUSE: Final = 2.0
-"""Seconds between two attempts to find a device again."""
+"""Seconds between two attempts to reach a device again."""
 
 
 class DeviceThread:
     """Calls ``serve`` again and again; when that raises, ``lose``, then ``connect`` until it succeeds.
 
-    ``serve`` handles what comes within a fraction of a second. RobotError means that the device is lost; any other
-    exception is a fault of the driver, which is logged with its place and cured in the same way. Once ``leaving`` is
-    set, a device that is lost is no news.
+    ``serve`` handles what arrives within a fraction of a second. RobotError means that the device is lost; any other
+    exception is a bug in the driver, which is logged with its traceback and handled in the same way. Once ``leaving``
+    is set, a lost device is not reported.
     """
 
     def __init__(
@@ -36,11 +36,11 @@ class DeviceThread:
         self._serve, self._lose, self._connect = serve, lose, connect
         self._closing = threading.Event()
         self.trouble: str | None = None
-        """Reason why the device is not served; ``serve`` clears it when all is well again."""
+        """Reason why the device is not served; ``serve`` clears it once the device works again."""
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     def start(self) -> None:
-        """Begin to serve."""
+        """Start the thread."""
         self._thread.start()
 
     def close(self) -> None:
@@ -56,7 +56,7 @@ class DeviceThread:
                 self._reconnect(self._reason(error))
 
     def _reconnect(self, reason: str) -> None:
-        """Try again, ever less often, until the device answers or the driver is closed."""
+        """Try again at growing intervals until the device answers or the driver is closed."""
         self.trouble = reason
         _LOG.log(logging.INFO if self._leaving.is_set() else logging.WARNING, "%s", reason)
         self._lose()
@@ -80,4 +80,4 @@ class DeviceThread:
             return str(error)
         place = traceback.extract_tb(error.__traceback__)[-1]
         fault = f"{type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})"
-        return f"the driver of the {self._name} failed and begins anew: {fault}; please report this"
+        return f"the driver of the {self._name} failed and starts again: {fault}; please report this"

@@ -20,21 +20,21 @@ from slam.scenario.schema import Scenario
 
 _LOG: Final = logging.getLogger("hopslam.robot")
 _LOST_SCANS: Final = 3.0
-"""Least scan periods without a scan after which the robot is stopped: a slow lidar may lose one."""
+"""Scan periods without a scan after which the robot is stopped, at least: a slow lidar may lose one."""
 
 
 @cache
 def _warn_of_latency(port: str) -> None:
-    """Say once that the adapter of a port holds bytes back."""
+    """Warn once that the adapter of a port delays bytes."""
     timer = latency_timer(port)
     if timer is not None and timer.advice:
         _LOG.warning("%s: %s", port, timer.advice)
 
 
 class RobotDevices:
-    """Base and lidar of a scenario, opened when made; RobotError names the one that does not answer.
+    """Base and lidar of a scenario, opened by the constructor; RobotError names the one that does not answer.
 
-    Once ``leaving`` is set, nothing waits for a device any more. ``record_wire`` gets every byte of both ports.
+    Once ``leaving`` is set, nothing waits for a device any more. ``record_wire`` receives every byte of both ports.
     """
 
     def __init__(self, scenario: Scenario, leaving: threading.Event, record_wire: Path | None = None) -> None:
@@ -62,11 +62,11 @@ class RobotDevices:
 
     @property
     def trouble(self) -> str | None:
-        """Reason why the robot stands although it is told to drive, or has no data; None when all is well."""
+        """Reason why the robot stands still although it is commanded to move, or has no data; None if all is well."""
         return self.base.manual_stop or self.base.trouble or self.lidar.trouble or self.guard.reason
 
     def observation(self, scan: LaserScan, odometry: Odometry) -> Observation:
-        """Join a scan, its odometry, and what the base last said of itself."""
+        """Combine a scan, its odometry, and the latest state of the base."""
         base, bumpers = self.base, self.base.bumpers
         return Observation(
             scan,
@@ -81,7 +81,7 @@ class RobotDevices:
 
     @property
     def limits(self) -> dict[str, float]:
-        """Seconds after which a command, a scan and odometry are too old to drive on."""
+        """Return the ages, seconds, above which a command, a scan and odometry are too old to drive on."""
         config = self._config
         scan = max(config.data_timeout, _LOST_SCANS * self.lidar.period)
         return {"command": config.command_timeout, "scan": scan, "odometry": config.data_timeout}

@@ -19,14 +19,14 @@ from slam.pose import FloatArray
 BAUD: Final = 230_400
 POINTS: Final = 12
 TIME_WRAP: Final = 30.0
-"""Seconds after which the time stamps begin anew."""
+"""Seconds after which the time stamps wrap."""
 HEADER: Final = b"\x54\x2c"
 _LAYOUT: Final = struct.Struct("<2sHH" + "HB" * POINTS + "HHB")
 SIZE: Final = _LAYOUT.size
 _POLYNOMIAL: Final = 0x4D
 _HUNDREDTH: Final = radians(0.01)
 _TURN: Final = 36_000
-"""Hundredths of a degree."""
+"""Unit of angles on the wire: hundredths of a degree."""
 
 
 def _crc_of_byte(byte: int) -> int:
@@ -48,14 +48,14 @@ def crc8(data: bytes) -> int:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LdPacket:
-    """Twelve points one after another; radians, metres, seconds."""
+    """Twelve points in order; radians, metres, seconds."""
 
     speed: float
     """rad/s."""
     first: float
     """Angle of the first point, clockwise from ahead, 0 to 2 pi."""
     last: float
-    """Angle of the last point, not less than ``first``: it goes on beyond a turn."""
+    """Angle of the last point, not less than ``first``: it may exceed a full turn."""
     ranges: FloatArray
     """(12,); inf without an echo."""
     intensities: tuple[int, ...]
@@ -64,7 +64,7 @@ class LdPacket:
 
     @property
     def angles(self) -> FloatArray:
-        """Angles of the points (12,), evenly spaced as the manual has it."""
+        """Angles of the points (12,), evenly spaced as in the manual."""
         return np.linspace(self.first, self.last, POINTS)
 
     def encode(self) -> bytes:
@@ -78,7 +78,7 @@ class LdPacket:
 
     @classmethod
     def decode(cls, packet: bytes) -> LdPacket:
-        """Read a packet; DecodeError for another one, or a damaged one."""
+        """Read a packet; DecodeError for another or a damaged packet."""
         if len(packet) != SIZE or packet[:2] != HEADER:
             raise DecodeError(f"{len(packet)} bytes that are no packet of twelve points")
         if crc8(packet[:-1]) != packet[-1]:
@@ -94,13 +94,13 @@ class LdPacket:
 
 
 class LdDecoder:
-    """Finds packets in a stream that comes in any pieces; damaged ones are dropped."""
+    """Finds packets in a stream that arrives in chunks; damaged ones are dropped."""
 
     def __init__(self) -> None:
         self._buffer = b""
 
     def feed(self, data: bytes) -> list[LdPacket]:
-        """Take bytes, and return the packets that are whole now."""
+        """Take bytes, and return the packets that are now complete."""
         self._buffer += data
         packets = []
         while (start := self._buffer.find(HEADER)) >= 0 and len(self._buffer) >= start + SIZE:

@@ -1,4 +1,4 @@
-"""The base's pose at any time of the last seconds, from reports that come ten times a second."""
+"""The base's pose at any time of the last seconds, from reports at 10 Hz."""
 
 from bisect import bisect_right
 from collections import deque
@@ -10,15 +10,15 @@ from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 
 _KEPT: Final = 64
-"""Reports that are kept: six seconds."""
+"""Reports that are kept: those of six seconds."""
 _FARTHEST: Final = 0.25
-"""Seconds beyond the last report for which its speed still predicts the pose."""
+"""Seconds after the last report for which its speed still predicts the pose."""
 _GAP: Final = 0.5
 """Seconds between two reports beyond which the path from one to the other is unknown."""
 
 
 class OdometryHistory:
-    """Poses ``T_odom_base`` and speeds by time, seconds; between two of them the base goes along an arc."""
+    """Poses ``T_odom_base`` and speeds by time, seconds; between two of them the base moves along an arc."""
 
     def __init__(self) -> None:
         self._stamps: deque[float] = deque(maxlen=_KEPT)
@@ -40,11 +40,11 @@ class OdometryHistory:
         self._twists.append(twist)
 
     def covers(self, stamp: float) -> bool:
-        """Tell whether the pose at this time is known."""
+        """Return True if the pose at this time is known."""
         return bool(self._stamps) and self._stamps[0] <= stamp <= self._stamps[-1] + _FARTHEST
 
     def pose_at(self, stamp: float) -> Pose2D:
-        """Return the pose at a time that the track covers: between two reports, or carried on at the last speed."""
+        """Return the pose at a time that the history covers: between two reports, or predicted from the last one."""
         after = bisect_right(self._stamps, stamp)
         if after == len(self._stamps):
             return self._poses[-1] @ self._twists[-1].motion(stamp - self._stamps[-1])
@@ -59,9 +59,9 @@ class OdometryHistory:
         return Odometry(first, self.pose_at(first), self._mean_speed(first, last))
 
     def _mean_speed(self, first: float, last: float) -> Twist2D:
-        """Average the reported speeds, which change evenly between reports.
+        """Average the reported speeds, assuming a linear change between reports.
 
-        In whole mm/s they are finer than the steps of poses in whole mm, and a ramp shows in them.
+        In whole mm/s they are finer than the steps of poses in whole mm, and show the ramps.
         """
         begin, end = sorted((first, last))
         times = [begin, *(stamp for stamp in self._stamps if begin < stamp < end), end]

@@ -33,16 +33,16 @@ _LOG: Final = logging.getLogger("hopslam.p3dx")
 _POLL: Final = 0.1
 """Seconds after which the thread checks whether it should end."""
 _ODOMETRY_WAIT: Final = 0.02
-"""Seconds between two looks for odometry that is late."""
+"""Seconds between two checks for odometry that is late."""
 _SPEEDS: Final[dict[str, type[SpeedCommands]]] = {"velocity": BaseSpeeds, "wheels": WheelSpeeds}
 
 
 class P3dx:
-    """Opened when made: the robot is found, asked for its settings, and reports from then on; its motors have no power.
+    """Opened by the constructor: the robot is found, its settings are read, and it reports from then on.
 
-    A thread reads the reports, and opens the port again when it is lost. ``drive``, ``halt`` and ``pulse`` may be
-    called from any thread. Once ``leaving`` is set, attempts to connect are given up. RobotError when no robot answers,
-    or its watchdog is off.
+    Its motors have no power. A thread reads the reports, and opens the port again when it is lost. ``drive``, ``halt``
+    and ``pulse`` may be called from any thread. Once ``leaving`` is set, attempts to connect are given up. RobotError
+    if no robot answers, or its watchdog is off.
     """
 
     def __init__(self, config: HardwareConfig, limits: Limits, leaving: threading.Event, wire: WireSession) -> None:
@@ -65,7 +65,7 @@ class P3dx:
 
     @property
     def trouble(self) -> str | None:
-        """Reason why no reports come; None when they do."""
+        """Reason why no reports arrive; None if they do."""
         return self._thread.trouble
 
     @property
@@ -83,12 +83,12 @@ class P3dx:
 
     @property
     def battery(self) -> Battery | None:
-        """The battery, by the reports of the last seconds; None where they say nothing of it."""
+        """State of the battery from the reports of the last seconds; None if they do not contain it."""
         return self._battery.state
 
     @property
     def manual_stop(self) -> str | None:
-        """Reason why the robot cannot move until somebody does something by hand; None when it can."""
+        """Reason why the robot cannot move until somebody intervenes; None if it can."""
         if self.sip.e_stop:
             return "the emergency stop is pressed; release it, and the run goes on"
         if self._was_armed and not self.sip.motors_enabled:
@@ -100,7 +100,7 @@ class P3dx:
         self._send(Command(CommandId.ENABLE, 1))
 
     def drive(self, twist: Twist2D) -> Twist2D:
-        """Send a velocity within the limits, as near as the wire can say it, and return the one that was sent."""
+        """Send a velocity within the limits, rounded to the units of the wire, and return the one that was sent."""
         with self._lock:
             commands, sent = self._speeds.commands_for(twist)
             self._send(*commands)
@@ -111,14 +111,14 @@ class P3dx:
         self._send(Command(CommandId.E_STOP), Command(CommandId.VEL, 0), Command(CommandId.RVEL, 0))
 
     def pulse(self) -> None:
-        """Tell the robot's watchdog that this program lives, if nothing else did for a quarter of its time."""
+        """Tell the watchdog that this program is alive, if no command did for a quarter of the watchdog time."""
         if time.monotonic() - self._sent_at > self._settings.watchdog / 4.0:
             self._send(Command(CommandId.PULSE))
 
     def odometry(self, first: float, last: float, until: float) -> Odometry | None:
         """Return the odometry at ``first``, with the mean speed to ``last``.
 
-        Waits until ``until`` for reports that cover both, and gives None without them. Times are those of
+        Waits until ``until`` for reports that cover both times; None without them. Times are those of
         ``time.monotonic``.
         """
         while True:
@@ -131,7 +131,7 @@ class P3dx:
             time.sleep(_ODOMETRY_WAIT)
 
     def close(self) -> None:
-        """Stop, take the power from the motors, and let go of the robot; closing twice is allowed."""
+        """Stop, take the power from the motors, and close the port; closing twice is allowed."""
         if self._closed:
             return
         self._closed = True
@@ -142,7 +142,7 @@ class P3dx:
         self._line.port.close()
 
     def _send(self, *commands: Command) -> None:
-        """Send commands; PortLost is left to the thread, which finds it too and says so in ``trouble``."""
+        """Send commands; PortLost is left to the thread, which meets it too and reports it in ``trouble``."""
         with self._lock, suppress(PortLost):
             for command in commands:
                 self._line.send(command)
@@ -165,7 +165,7 @@ class P3dx:
         return opened.line
 
     def _catch_up(self, opened: OpenedP3dx) -> None:
-        """Take the distance that the robot went on while its cable was out; it counts unless it was switched off."""
+        """Add the distance that the robot rolled while its cable was unplugged, unless it was switched off."""
         report = opened.line.report_when_found_open
         if self._position is not None and report is not None:
             with suppress(DecodeError):
@@ -176,7 +176,7 @@ class P3dx:
             self._take(arrival)
 
     def _take(self, arrival: ReceivedPacket) -> None:
-        """Take one packet; damage behind a right checksum is dropped too."""
+        """Take one packet; damage with a correct checksum is dropped too."""
         with suppress(DecodeError), self._lock:
             if is_sip(arrival.data):
                 self._take_sip(arrival.stamp, Sip.decode(arrival.data, self._units))
@@ -192,7 +192,7 @@ class P3dx:
             self._was_armed = (self._was_armed or sip.motors_enabled) and not sip.e_stop
 
     def _lose(self) -> None:
-        """Stop the robot where its line still carries that, and let go of the line."""
+        """Stop the robot if its line still works, and release the line."""
         self.halt()
         _LOG.warning("%s: until the robot is found again, only its own watchdog stops it", self._line.port.url)
         self._line.port.close()

@@ -21,12 +21,12 @@ from slam.scenario.robot_config import Limits
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _FIRST_BAUD: Final = 9600
 _BLIND_SPOT: Final = 0.5
-"""Seconds for which a robot that nobody reaches any more may drive on without a warning."""
+"""Longest watchdog, seconds, that needs no warning: so long may a robot drive on after its link is lost."""
 
 
 @dataclass(frozen=True, slots=True)
 class OpenedP3dx:
-    """A robot that reports, its motors without power: its line, the units of its reports, and its FLASH settings."""
+    """An open robot, its motors without power: its line, the units of its reports, and its FLASH settings."""
 
     line: ArcosLine
     units: ArcosUnits
@@ -34,7 +34,10 @@ class OpenedP3dx:
 
 
 def open_p3dx(config: HardwareConfig, limits: Limits, closing: threading.Event, wire: WireSession) -> OpenedP3dx:
-    """Open the robot; RobotError when no P3-DX answers, its watchdog is off or too slow, or it hides its ticks."""
+    """Open the robot.
+
+    RobotError if no P3-DX answers, its watchdog is off or too slow, or it does not report its ticks.
+    """
     line = ArcosLine(SerialPort(config.robot_port, _FIRST_BAUD, wire), closing)
     try:
         subclass = connect_robot(line).subclass
@@ -61,7 +64,7 @@ def _set_up(line: ArcosLine, subclass: str, config: HardwareConfig, limits: Limi
     by_encoders = config.odometry == "encoders"
     if by_encoders and not settings.ticks_per_metre:
         cure = "set hardware.odometry=position, or hardware.settings.ticks_per_metre"
-        raise RobotError(f"{line.port.url}: the robot does not say the ticks of its wheels; {cure}")
+        raise RobotError(f"{line.port.url}: the robot does not report the ticks of its wheels; {cure}")
     speed_up(line, settings)
     for command, quantity in (
         (CommandId.SETV, limits.linear),
@@ -78,7 +81,7 @@ def _set_up(line: ArcosLine, subclass: str, config: HardwareConfig, limits: Limi
 
 
 def _stated_settings(settings: FlashSettings) -> ArcosConfig:
-    """Return the settings that the scenario states, for a robot that says none."""
+    """Return the settings that the scenario states, for a robot that does not report its own."""
     return ArcosConfig(
         watchdog=settings.watchdog,
         ticks_per_metre=settings.ticks_per_metre or 0.0,
@@ -99,9 +102,9 @@ def _check_watchdog(line: ArcosLine, watchdog: float, longest: float) -> None:
 
 @cache
 def _warn_of_blind_spot(url: str, watchdog: float) -> None:
-    """Warn once for each robot, however often it is opened."""
+    """Log a warning once for each robot, however often it is opened."""
     _LOG.warning(
-        "%s: with its cable out the robot drives on until its watchdog stops it after %g s; ARCOScf shortens it",
+        "%s: if unplugged, the robot drives on until its watchdog stops it after %g s; ARCOScf shortens it",
         url,
         watchdog,
     )

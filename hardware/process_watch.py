@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-import select
 import signal
-import stat
+import socket
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -13,16 +12,16 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import Any, Final, NamedTuple
 
-from hardware.stop_signals import StopSignals, name_of
+from hardware.stop_signals import CONTINUES, StopSignals, name_of, suspend
+from hardware.stream_watch import StreamWatch
 from slam.errors import OutputLost, RobotError
 
 _CLOSE: Final = 0
-"""Number that no signal has: it ends the thread."""
+"""Wake-up number that is not a signal; it ends the thread."""
 _BEAT: Final = 0.1
 """Seconds between two looks at the clock."""
 _GAP: Final = 0.5
-"""Seconds without a look that only a suspended program has; SIGCONT also comes to one whose terminal is closed."""
-_STREAMS: Final = {0: "standard input", 1: "standard output", 2: "standard error"}
+"""Seconds without a check that only a suspended program has; SIGCONT also comes to one whose terminal is closed."""
 _lock: Final = threading.Lock()
 _current: _ProcessWatch | None = None
 """The watch of this process; None while it has no robot."""
@@ -32,7 +31,7 @@ class StopCallbacks(NamedTuple):
     """Two ways to stop one robot; both may be called from any thread."""
 
     end: Callable[[str, RobotError | None], None]
-    """Stop for good, for this reason; the error is what the robot should raise from then on, if any."""
+    """Stop for good, for this reason; later calls of the robot raise the error, if any."""
     suspend: Callable[[str], None]
     """Stop until somebody agrees again, for this reason."""
 
@@ -41,10 +40,10 @@ class StopCallbacks(NamedTuple):
 def process_watch(stop: StopCallbacks) -> Iterator[Callable[[], None]]:
     """Watch this process for the robot, on a thread that all robots of the process share, while the block runs.
 
-    ``stop.end`` is called once the program was told to end, has lost its terminal or the reader of its output, or one
-    of its threads failed. ``stop.suspend`` is called before the program is suspended, which then happens, and after it
-    was. What ends a process without a signal that it can handle, SIGKILL and SIGSTOP, is not seen. Yields a function to
-    call with every command: it takes signals back that an event loop has asked for since.
+    ``stop.end`` is called if the program is told to end, loses its terminal or the reader of its output, or one of its
+    threads fails. ``stop.suspend`` is called before the program is suspended, and after it. SIGKILL and SIGSTOP cannot
+    be handled, and are not seen. Yields a function to call with every command: it takes back signals that an event loop
+    has claimed since.
     """
     global _current
     with _lock:
@@ -59,20 +58,16 @@ def process_watch(stop: StopCallbacks) -> Iterator[Callable[[], None]]:
 
 
 class _ProcessWatch:
-    """A thread that is woken by numbers of signals on a pipe and by hang-ups of streams, and hooks for exceptions."""
+    """Thread that is woken by signal numbers at a socket and by hang-ups of streams, and hooks for exceptions."""
 
     def __init__(self) -> None:
         self._stops: list[StopCallbacks] = []
-        self._wake, self._wakeup = os.pipe()
-        os.set_blocking(self._wakeup, False)
-        self._poll = select.poll()
-        self._poll.register(self._wake, select.POLLIN)
-        self._streams = _watched_streams()
-        for stream in self._streams:
-            self._poll.register(stream, 0)  # errors and hang-ups, which poll always reports
+        self._wake, self._wakeup = socket.socketpair()  # the one kind of pipe that all systems can wait at
+        self._wakeup.setblocking(False)
+        self._streams = StreamWatch(self._wake)
         self._over: tuple[str, RobotError] | None = None
         self._looked_at = monotonic()
-        self.signals = StopSignals(self._wakeup)
+        self.signals = StopSignals(self._wakeup.fileno())
         self._hooks = threading.excepthook, sys.excepthook, sys.unraisablehook
         threading.excepthook, sys.excepthook = self._thread_failed, self._program_failed
         sys.unraisablehook = self._call_failed
@@ -80,46 +75,44 @@ class _ProcessWatch:
         self._thread.start()
 
     def add(self, stop: StopCallbacks) -> None:
-        """Stop this robot, too: at once where the reader of the output is gone already."""
+        """Stop this robot too; at once if the reader of the output is already gone."""
         self._stops.append(stop)
         self.signals.install()
         if self._over is not None:
             stop.end(*self._over)
 
     def remove(self, stop: StopCallbacks) -> bool:
-        """Forget this robot, and return whether it was the last one, so that the watch is over.
+        """Forget this robot, and return True if it was the last one, so that the watch ends.
 
-        Only the main thread can give the signals back. Without it the watch goes on, with nothing to stop.
+        Only the main thread can restore the signal handlers. Without it the watch goes on, with nothing to stop.
         """
         self._stops.remove(stop)
         if self._stops or not self.signals.remove():
             return False
         threading.excepthook, sys.excepthook, sys.unraisablehook = self._hooks
-        os.write(self._wakeup, bytes([_CLOSE]))
+        self._wakeup.send(bytes([_CLOSE]))
         self._thread.join()
-        os.close(self._wake)
-        os.close(self._wakeup)
+        self._wake.close()
+        self._wakeup.close()
         return True
 
     def _watch(self) -> None:
         while True:
-            events = self._poll.poll(1e3 * _BEAT)
-            for fd, _ in events:
-                if fd != self._wake:
-                    self._lose(fd)
-                elif not self._receive(os.read(fd, 64)):
-                    return
+            woken, lost = self._streams.wait(_BEAT)
+            for stream in lost:
+                self._lose(stream)
+            if woken and not self._receive(self._wake.recv(64)):
+                return
             self._looked_at = monotonic()
 
-    def _lose(self, stream: int) -> None:
-        self._poll.unregister(stream)
-        reason = f"{self._streams[stream]} is gone"
+    def _lose(self, stream: str) -> None:
+        reason = f"{stream} is gone"
         error = OutputLost(f"{reason}, so nobody watches the robot: it was stopped; send output to a file")
         self._over = reason, error
         self._end(reason, error)
 
     def _receive(self, numbers: bytes) -> bool:
-        """Act on these signals; False once the watch is over."""
+        """Act on these signals; return False once the watch is over."""
         for number in numbers:
             if number == _CLOSE:
                 return False
@@ -132,8 +125,8 @@ class _ProcessWatch:
             self._end(f"the program got {name_of(number)}", None)
         elif number in self.signals.suspending:
             self._suspend("the program is suspended")
-            os.kill(os.getpid(), signal.SIGSTOP)
-        elif number == signal.SIGCONT and monotonic() - self._looked_at > _GAP:
+            suspend()
+        elif number == CONTINUES and monotonic() - self._looked_at > _GAP:
             self._suspend("the program was suspended")
 
     def _end(self, reason: str, error: RobotError | None) -> None:
@@ -151,7 +144,7 @@ class _ProcessWatch:
         self._hooks[0](failure)
 
     def _call_failed(self, failure: sys.UnraisableHookArgs) -> None:
-        """Stop the robot where a thread of the module ``_thread`` fails, and for no other failure of this kind."""
+        """Stop the robot if a thread of the module ``_thread`` fails, and for no other such failure."""
         if "thread" in (failure.err_msg or ""):
             self._fail("a thread", failure.exc_type, failure.exc_value)
         self._hooks[2](failure)
@@ -165,28 +158,16 @@ class _ProcessWatch:
         self._hooks[1](kind, *rest)
 
 
-def _watched_streams() -> dict[int, str]:
-    """Name, by file descriptor, the standard streams on a terminal, and pipes and sockets by which output is read.
-
-    Standard input from a file or a pipe is not among them.
-    """
-    return {fd: name for fd, name in _STREAMS.items() if os.isatty(fd) or (fd > 0 and _has_reader(fd))}
-
-
-def _has_reader(fd: int) -> bool:
-    try:
-        mode = os.fstat(fd).st_mode
-    except OSError:  # it was closed before the program began
-        return False
-    return stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode)
-
-
 def _forget() -> None:
-    """Forget the watch in a forked child, which has handlers but no thread; its signals are not its parent's."""
+    """Forget the watch in a forked child, which has handlers but no thread.
+
+    The signals of the child are not for the parent.
+    """
     global _current
     if _current is not None:
         _current = None
         signal.set_wakeup_fd(-1)
 
 
-os.register_at_fork(after_in_child=_forget)
+if sys.platform != "win32":
+    os.register_at_fork(after_in_child=_forget)

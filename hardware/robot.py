@@ -24,25 +24,25 @@ from slam.scenario.schema import Scenario
 
 _LOG: Final = logging.getLogger("hopslam.robot")
 _LOOK: Final = 0.1
-"""Seconds between two looks whether the program was told to end ..."""
+"""Seconds between two checks whether the program was told to end."""
 _LAST_WAIT: Final = 0.2
-"""... and those for which it then still waits for a scan."""
+"""Seconds for which the program, told to end, still waits for a scan."""
 _LONGEST_GAP: Final = 2.0
-"""Scan periods for which ``observe`` waits at least."""
+"""Least scan periods for which ``observe`` waits."""
 _ANY_BAUD: Final = 9600
-"""Bit rate at which a port is opened to see that it can be; nothing is sent."""
+"""Bit rate at which a port is opened to test it; nothing is sent."""
 
 
 class HardwareRobot(Closing):
     """A P3-DX with a lidar, at the ports that the scenario names; use it as a context manager.
 
-    It ends after the scenario's duration. It moves once somebody has agreed on the terminal, or at once with ``yes``;
-    with ``dry_run`` never. It stops when the block is left for whatever reason, when commands, scans or odometry stay
-    away, when the program is told to end, is suspended, fails in any thread or loses its terminal, and by its own
-    watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Up to four scans wait for
-    a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
-    Making one opens and closes both ports, so that a wrong one is refused before anything else is done: PortLost.
-    ``record_wire`` is a file that gets every byte of both ports, with times.
+    The run ends after the scenario's duration. The robot moves once somebody has agreed on the terminal, or at once
+    with ``yes``; with ``dry_run`` never. It stops when the block is left for whatever reason, when commands, scans or
+    odometry stay away, when the program is told to end, is suspended, fails in any thread or loses its terminal, and by
+    its own watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Up to four scans
+    wait for a caller that observes less often than they arrive; it gets the oldest of them, or with ``newest`` the
+    last. The constructor opens and closes both ports, so that a wrong port is refused at once: PortLost.
+    ``record_wire`` is a file for every byte of both ports, with times.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class HardwareRobot(Closing):
         newest: bool = False,
         record_wire: Path | None = None,
     ) -> None:
-        lidar_driver(scenario.lidar.model)  # a model that is only simulated is refused now
+        lidar_driver(scenario.lidar.model)  # a model that has no driver is refused here
         self.T_base_laser = scenario.lidar.mount.pose
         self._scenario = scenario
         self._dry_run = dry_run
@@ -68,7 +68,7 @@ class HardwareRobot(Closing):
         self._motion = threading.Lock()
         self._leaving = threading.Event()
         self._over: str | None = None
-        """Reason why the program ends; None while it goes on."""
+        """Reason why the program ends; None while it runs."""
         self._failure: RobotError | None = None
         for port in (scenario.hardware.lidar_port, scenario.hardware.robot_port):
             SerialPort(port, _ANY_BAUD).close()
@@ -76,7 +76,7 @@ class HardwareRobot(Closing):
     def __enter__(self) -> Self:
         """Open both devices.
 
-        RobotError names the one that does not answer, or says that the program was told to end meanwhile.
+        RobotError names the one that does not answer, or says that the program was told to end.
         """
         self._leaving, self._over, self._failure = threading.Event(), None, None
         with ExitStack() as watch:
@@ -100,15 +100,15 @@ class HardwareRobot(Closing):
 
     @property
     def trouble(self) -> str | None:
-        """Reason why the robot stands although it is told to drive, or has no data; None when all is well."""
+        """Reason why the robot stands still although it is commanded to move, or has no data; None if all is well."""
         return self._devices.trouble if self._devices else None
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
-        """Wait for the next scan, at least two scan periods; None when the scenario's duration is over.
+        """Wait for the next scan, at least two scan periods; None once the scenario's duration is over.
 
-        The odometry is that of the first beam, between two reports of the base or carried on from the last one.
-        RobotTimeout says why nothing came. BatteryEmpty: the battery is at its end, and the robot stands for good. Once
-        the program was told to end, RobotError says that instead, at once.
+        The odometry is that of the first beam, interpolated between two reports of the base or predicted from the last
+        one. RobotTimeout says why no scan came. BatteryEmpty means that the robot has stopped for good. Once the
+        program was told to end, RobotError says so, without waiting.
         """
         devices = self._opened()
         devices.base.pulse()
@@ -124,7 +124,7 @@ class HardwareRobot(Closing):
         raise RobotTimeout(f"no scan with odometry for {timeout:g} s: {devices.trouble or 'the lidar is silent'}")
 
     def drive(self, command: Twist2D) -> Twist2D:
-        """Command a velocity, and return the one sent: zero in a dry run, and while anything makes driving unsafe."""
+        """Command a velocity, and return the one sent: zero in a dry run, and while driving is unsafe."""
         devices = self._opened()
         if not (isfinite(command.linear) and isfinite(command.angular)):
             raise RobotError(f"cannot drive at {command}: both speeds must be finite numbers")
@@ -145,7 +145,7 @@ class HardwareRobot(Closing):
             return devices.base.drive(command) if self._may_move(devices) else Twist2D()
 
     def _next_scan(self, devices: RobotDevices, until: float) -> LaserScan | None:
-        """Wait for a scan until then, but not for long where the program was told to end."""
+        """Wait for a scan until ``until``, but only briefly once the program was told to end."""
         while True:
             left = max(0.0, until - time.monotonic())
             if self._over is not None:
@@ -155,11 +155,11 @@ class HardwareRobot(Closing):
                 return scan
 
     def _ended(self) -> RobotError | None:
-        """Return the error of a robot whose program was told to end; None while it goes on."""
+        """Return the error of a robot whose program was told to end; None while it runs."""
         return self._failure or (RobotError(f"given up: {self._over}") if self._over is not None else None)
 
     def _end(self, reason: str, error: RobotError | None) -> None:
-        """Stop, and stand until the robot is opened anew; ``error`` is raised by whoever uses it until then."""
+        """Stop, and stay at rest until the robot is opened again; until then every call raises ``error``."""
         self._leaving.set()
         with self._motion:
             if self._devices is not None:
@@ -167,14 +167,14 @@ class HardwareRobot(Closing):
             self._over, self._failure = self._over or reason, self._failure or error
 
     def _suspend(self, reason: str) -> None:
-        """Stop, and stand until somebody has agreed again, ``yes`` or not."""
+        """Stop, and stay at rest until somebody has agreed again, even with ``yes``."""
         with self._motion:
             if self._devices is not None:
                 self._devices.guard.stop(reason)
             self._consent.revoke()
 
     def _may_move(self, devices: RobotDevices) -> bool:
-        """Stop the robot and return False where anything is wrong; else give the motors power and return True."""
+        """Stop the robot and return False if anything is wrong; otherwise power the motors and return True."""
         base, guard = devices.base, devices.guard
         by_hand = base.manual_stop
         reason = by_hand or guard.stale_input()
@@ -198,7 +198,7 @@ class HardwareRobot(Closing):
         return devices.observation(replace(scan, stamp=stamp), replace(odometry, stamp=stamp))
 
     def _require_battery(self, devices: RobotDevices) -> None:
-        """Stop for good where the battery is at its end, and raise BatteryEmpty."""
+        """Stop for good if the battery is empty, and raise BatteryEmpty."""
         battery = devices.base.battery
         if battery is not None and battery.level == "empty":
             reason = f"the battery is down to {battery.volts:.1f} V"

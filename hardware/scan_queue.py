@@ -8,11 +8,14 @@ from typing import Final
 from slam.scan import LaserScan
 
 _KEPT: Final = 4
-"""Scans that wait; older ones are dropped."""
+"""Scans that may wait; older ones are dropped."""
 
 
 class ScanQueue:
-    """Some scans, oldest first; ``scanned_at`` is the time at which the newest one was whole, ``time.monotonic``."""
+    """A few scans, oldest first.
+
+    ``scanned_at`` is the time at which the newest one was complete, ``time.monotonic``.
+    """
 
     def __init__(self) -> None:
         self._news = threading.Condition()
@@ -27,7 +30,7 @@ class ScanQueue:
             self._news.notify_all()
 
     def take(self, timeout: float, newest: bool = False) -> LaserScan | None:
-        """Return the next scan, oldest first, or the ``newest`` of those that wait; None after ``timeout`` seconds."""
+        """Return the oldest scan, or with ``newest`` the newest; None after ``timeout`` seconds."""
         with self._news:
             self._news.wait_for(lambda: self._scans, timeout)
             while newest and len(self._scans) > 1:

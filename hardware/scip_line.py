@@ -14,15 +14,15 @@ from hardware.serial_port import PortLost, SerialPort
 from slam.errors import RobotError
 
 ANSWER: Final = 0.5
-"""Seconds: an answer comes at the end of a turn, and may stand behind a scan at 115200 baud."""
+"""Seconds to wait: an answer comes at the end of a turn, and may follow a scan at 115200 baud."""
 _LOOK: Final = 0.1
-"""Seconds between two looks whether the program is leaving."""
+"""Seconds between two checks whether the program is ending."""
 _TRIES: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
 class RawAnswer:
-    """The lines of an answer, and the times when its first and last bytes were read, seconds of ``time.monotonic``."""
+    """Lines of an answer, and the times when its first and last bytes were read, seconds of ``time.monotonic``."""
 
     lines: Lines
     began: float
@@ -30,7 +30,7 @@ class RawAnswer:
 
 
 class ScipLine:
-    """Commands out, answers in, over a port; waiting ends with PortLost once ``leaving`` is set."""
+    """Sends commands and receives answers over a port; waiting ends with PortLost once ``leaving`` is set."""
 
     def __init__(self, port: SerialPort, leaving: threading.Event) -> None:
         self.port = port
@@ -43,7 +43,7 @@ class ScipLine:
         self.port.write(command.encode("ascii") + b"\n")
 
     def receive(self, timeout: float) -> list[RawAnswer]:
-        """Return the answers that are whole now; none when nothing comes within ``timeout`` seconds."""
+        """Return the answers that are complete now; none if nothing arrives within ``timeout`` seconds."""
         pending, gap = self._decoder.pending, self.port.longest_gap
         data = self.port.read(min(timeout, gap) if pending else timeout)
         now = time.monotonic()
@@ -60,12 +60,12 @@ class ScipLine:
         return frames
 
     def ask(self, command: str, timeout: float = ANSWER) -> Reply | None:
-        """Send a command, and wait for the answer with its echo; other answers are dropped. None when none comes."""
+        """Send a command, and return the answer with its echo; other answers are dropped. None if none arrives."""
         self.send(command)
         return self.wait_for(command, timeout)
 
     def wait_for(self, command: str, timeout: float) -> Reply | None:
-        """Return the answer with this echo; None when none comes."""
+        """Return the answer with this echo; None if none arrives."""
         until = time.monotonic() + timeout
         while (left := until - time.monotonic()) > 0.0:
             if self._leaving.is_set():
@@ -77,7 +77,7 @@ class ScipLine:
         return None
 
     def ask_until_answered(self, command: str) -> Reply:
-        """Ask several times; RobotError when the sensor does not answer, or refuses."""
+        """Ask several times; RobotError if the sensor does not answer, or refuses."""
         for _ in range(_TRIES):
             reply = self.ask(command)
             if reply is not None:

@@ -1,4 +1,4 @@
-"""Scans of a SCIP sensor that can be had: the request that its line has room for, and why none come."""
+"""The scans that a SCIP sensor can send: the largest request for its line, and the reason if none come."""
 
 from math import ceil
 from typing import Final
@@ -15,11 +15,11 @@ _FAULTY: Final = "01"
 _HEAD: Final = 30
 """Characters of an answer before its data, at most."""
 _FILL: Final = 0.9
-"""Share of the line that scans may take."""
+"""Share of the line's bit rate that scans may take."""
 
 
 def choose_request(parameters: SensorParameters, baud: int | None) -> ScanRequest:
-    """Choose the fullest scans that a line of this bit rate has room for; None is a line without one."""
+    """Choose the largest scans that the bit rate of this line allows; None is a line without a bit rate."""
     full = ScanRequest("MD", parameters.first, parameters.last)
     if baud is None or _fits(full, parameters, baud) <= 1:
         return full
@@ -28,21 +28,21 @@ def choose_request(parameters: SensorParameters, baud: int | None) -> ScanReques
 
 
 def _fits(request: ScanRequest, parameters: SensorParameters, baud: int) -> int:
-    """Return the turns that the answer of one scan takes on the line."""
+    """Return the number of turns for which the answer of one scan occupies the line."""
     size = request.values * request.width
     length = size + 2 * ceil(size / DATA_LINE) + _HEAD
     return ceil(length * BITS_PER_BYTE / baud / (parameters.scan_time * _FILL))
 
 
 def switch_laser_on(line: ScipLine) -> None:
-    """Switch the laser on; RobotError when it is faulty. What else the sensor says to BM does not matter."""
+    """Switch the laser on; RobotError if it is faulty. Other answers to BM do not matter."""
     reply = line.ask("BM")
     if reply is not None and reply.status == _FAULTY:
         raise RobotError(f"{line.port.url}: the lidar says: {status_meaning('BM', reply.status)} (BM, status 01)")
 
 
 def reason_for_silence(line: ScipLine, parameters: SensorParameters) -> str | None:
-    """Ask a sensor that sends no scans for a single one; return its reason in words where it refuses that for one."""
+    """Ask a sensor that sends no scans for a single one; return its reason in words if it refuses that too."""
     command = ScanRequest("GD", parameters.first, parameters.last).encode()
     reply = line.ask(command)
     if reply is None or is_ok(reply.status) or not reply.status.isdigit():

@@ -1,4 +1,4 @@
-"""The dialogue with a SCIP sensor: finds it on the line whatever state it is in, asks, stops scans."""
+"""The dialogue with a SCIP sensor: find it on the line in any state, ask for its parameters, stop its scans."""
 
 import logging
 import time
@@ -22,7 +22,7 @@ _LAST_ANSWER: Final = 0.3
 """Seconds to wait for the answer to the last QT."""
 _TRIES: Final = 3
 _ROUNDS: Final = 5
-"""Questions in all by which a sensor is brought to SCIP 2.0."""
+"""Questions by which a sensor is brought to SCIP 2.0, in all."""
 _IN_TIME_MODE: Final = ("0E", "10")
 """Status of a command that is refused between TM0 and TM2: of a URG-04LX, and of later sensors."""
 _UPDATE: Final = (
@@ -30,13 +30,13 @@ _UPDATE: Final = (
     "USB), or have the dealer do it"
 )
 _SILENCES: Final = 2
-"""Questions without an answer after which a bit rate is given up."""
+"""Unanswered questions after which a bit rate is given up."""
 
 
 def connect_lidar(line: ScipLine, baud: int) -> None:
-    """Find the sensor's bit rate, stop what it is doing, bring it to SCIP 2.0, and then to ``baud`` where that helps.
+    """Find the sensor's bit rate, stop its scans, bring it to SCIP 2.0, and to ``baud`` if that is faster.
 
-    RobotError when no sensor answers.
+    RobotError if no sensor answers.
     """
     others = [rate for rate in _BAUD_SEARCH if rate != baud]
     bauds = [baud, *others] if line.port.has_baud else [line.port.baud]
@@ -54,7 +54,7 @@ def connect_lidar(line: ScipLine, baud: int) -> None:
 
 
 def identify(line: ScipLine) -> tuple[VersionInfo, SensorParameters]:
-    """Ask the sensor for its identity, which is only shown, and for its parameters, which the driver needs."""
+    """Ask the sensor for its identity, for display only, and for its parameters, which the driver needs."""
     version = _version(line)
     try:
         return version, SensorParameters.decode(line.ask_until_answered("PP"))
@@ -73,7 +73,7 @@ def stop_scans(line: ScipLine) -> None:
 
 
 def _silence(line: ScipLine) -> bool:
-    """Silence a sensor and bring it to SCIP 2.0; False where none answers at this bit rate.
+    """Silence a sensor and bring it to SCIP 2.0; False if none answers at this bit rate.
 
     RobotError for a sensor that answers, but cannot.
     """
@@ -99,7 +99,7 @@ def _silence(line: ScipLine) -> bool:
 
 
 def _too_old(reply: Reply | None) -> str:
-    """Return what to do with a sensor that knows SCIP 1 only, and may have said its version."""
+    """Advise what to do with a sensor that has SCIP 1 only, with its version if it gave one."""
     with suppress(DecodeError):
         if reply is not None:
             firmware = VersionInfo.decode(reply).firmware
@@ -108,7 +108,7 @@ def _too_old(reply: Reply | None) -> str:
 
 
 def _version(line: ScipLine) -> VersionInfo:
-    """Ask for the sensor's identity; what is damaged or missing of it is unknown, with a warning."""
+    """Ask for the sensor's identity; damaged or missing parts are unknown, with a warning."""
     lines: Lines = ()
     for _ in range(_TRIES):
         line.send("VV")
@@ -120,7 +120,7 @@ def _version(line: ScipLine) -> VersionInfo:
     with suppress(DecodeError):
         return VersionInfo.decode(decode_reply(lines))
     _LOG.warning(
-        "%s: the lidar does not say who it is, its answer to VV is damaged, or a refusal",
+        "%s: the lidar does not identify itself: its answer to VV is damaged, or a refusal",
         line.port.url,
     )
     return VersionInfo.decode_leniently(lines)

@@ -3,6 +3,7 @@
 import errno
 import os
 import select
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, Final
@@ -15,27 +16,27 @@ from hardware.wire.tape import SCHEME
 from slam.errors import RobotError
 
 BITS_PER_BYTE: Final = 10
-"""8N1."""
+"""Parity and stop bits: 8N1."""
 _AT_ONCE: Final = 4096
 """Bytes that one read returns at most."""
 _LONGEST_GAP: Final = 0.03
-"""Seconds between two bytes of a message: a USB adapter keeps back what it has for 16 ms ..."""
+"""Longest pause, seconds, between two bytes of a message: a USB adapter holds bytes back for up to 16 ms."""
 _LONGEST_NETWORK_GAP: Final = 0.3
-"""... and over a network a packet may be sent twice, or wait for its turn on a radio link."""
+"""Longest pause over a network, seconds, where a packet may be sent twice, or wait on a radio link."""
 
 
 class PortLost(RobotError):
-    """The port cannot be opened, or is gone: unplugged, hung up."""
+    """The port cannot be opened, or was lost: unplugged, hung up."""
 
 
 class NoDevice(RobotError):
-    """The port is open, but no device of the kind looked for answers there."""
+    """The port is open, but no device of the expected kind answers there."""
 
 
 class SerialPort:
-    """A serial line, open from the start and for nobody else; PortLost when it cannot be, or is lost later.
+    """A serial line, opened by the constructor for this process alone; PortLost if that fails, or if it is lost later.
 
-    ``wire`` is what the ports of one session share; without it nothing is recorded.
+    ``wire`` is shared by the ports of one session; without it nothing is recorded.
     """
 
     def __init__(self, url: str, baud: int, wire: WireSession | None = None) -> None:
@@ -46,23 +47,23 @@ class SerialPort:
         except (OSError, ValueError, OverflowError) as error:  # SerialException is an OSError
             raise PortLost(f"{url}: {reason_of(url, error)}") from error
         self._wire.note(url, "=", str(baud))
-        self._fileno: int | None = None  # loop:// has none
+        self._fileno: int | None = None  # loop:// has none, nor have the ports of Windows
         with suppress(OSError, AttributeError):
             self._fileno = int(self._serial.fileno())
 
     @property
     def has_baud(self) -> bool:
-        """True where a bit rate means anything; it does not over TCP."""
+        """True if a bit rate means anything; it does not over TCP."""
         return bool(self._serial.has_baud) if self.url.startswith(SCHEME) else "://" not in self.url
 
     @property
     def longest_gap(self) -> float:
-        """Seconds of silence, on this kind of link, after which the rest of a message does not come any more."""
+        """Seconds of silence, on this kind of link, after which the rest of a message will not come."""
         return _LONGEST_GAP if self.has_baud else _LONGEST_NETWORK_GAP
 
     @property
     def baud(self) -> int:
-        """Bits a second at this end."""
+        """Bit rate at this end."""
         return int(self._serial.baudrate)
 
     @baud.setter
@@ -76,7 +77,7 @@ class SerialPort:
         self._wire.note(self.url, "=", str(baud))
 
     def read(self, timeout: float) -> bytes:
-        """Return the bytes that have come, as soon as any have; none when none come in ``timeout`` seconds."""
+        """Return the bytes that have arrived, as soon as there are any; none after ``timeout`` seconds."""
         with self._lost_on_failure():
             data = self._read(timeout)
         if data:
@@ -90,8 +91,8 @@ class SerialPort:
             self._serial.write(data)
 
     def close(self) -> None:
-        """Give the port back; closing twice is allowed."""
-        with suppress(OSError):  # it was unplugged: there is nothing to give back
+        """Close the port; closing twice is allowed."""
+        with suppress(OSError):  # it was unplugged: there is nothing to close
             self._serial.close()
         self._wire.note(self.url, "-", "")
 
@@ -107,6 +108,8 @@ class SerialPort:
         ready, _, _ = select.select([self._fileno], [], [], timeout)
         if not ready:
             return b""
+        if sys.platform == "win32":  # a socket, which has no place among the files there
+            return bytes(self._serial.read(_AT_ONCE))
         data = os.read(self._fileno, _AT_ONCE)
         if not data:
             raise OSError(errno.EIO, "the device is gone")
@@ -116,7 +119,7 @@ class SerialPort:
     def _lost_on_failure(self) -> Iterator[None]:
         try:
             yield
-        except (OSError, TypeError, AttributeError) as error:  # pyserial's own, when the port was closed meanwhile
+        except (OSError, TypeError, AttributeError) as error:  # pyserial's own, if the port was closed meanwhile
             reason = reason_of(self.url, error)
             self._wire.note(self.url, "-", reason)
             raise PortLost(f"{self.url}: {reason}") from error

@@ -1,4 +1,4 @@
-"""Velocities as commands of an ARCOS robot, which has whole steps of speed."""
+"""Velocities as commands of an ARCOS robot, whose speeds have whole steps."""
 
 from abc import ABC, abstractmethod
 
@@ -10,8 +10,8 @@ from slam.scenario.robot_config import Limits
 class SpeedCommands(ABC):
     """Turns a velocity into two speeds, each in whole steps, and these into commands.
 
-    The rest of one command's rounding is added to the next, so that their mean is right: in steps of 1 deg/s a turn of
-    0.3 deg/s becomes one of 1 deg/s in every third command, where it would be none at all.
+    The rounding error of one command is added to the next, so that the mean is right: in steps of 1 deg/s a turn of 0.3
+    deg/s becomes 1 deg/s in every third command, instead of none at all.
     """
 
     step: tuple[float, float]
@@ -23,7 +23,7 @@ class SpeedCommands(ABC):
         self._rest = (0.0, 0.0)
 
     def commands_for(self, twist: Twist2D) -> tuple[list[Command], Twist2D]:
-        """Return the commands for this velocity, cut to the limits, and the velocity that they mean."""
+        """Return the commands for this velocity, clipped to the limits, and the velocity that they command."""
         if twist == Twist2D():
             self._rest = (0.0, 0.0)
         wanted = [a + b for a, b in zip(self._speeds(self._within_limits(twist)), self._rest, strict=True)]

@@ -7,13 +7,13 @@ from typing import Final
 
 _LOG: Final = logging.getLogger("hopslam.guard")
 _PERIOD: Final = 0.04
-"""Seconds between two checks ..."""
+"""Seconds between two checks."""
 _AGAIN: Final = 0.2
-"""... and more after a stop, which is repeated in case that it was lost."""
+"""Seconds to the next check after a stop, which is repeated in case it was lost."""
 
 
 class StalenessGuard:
-    """Checks the age of all inputs on a thread of its own, and calls ``halt`` again and again while one is stale.
+    """Checks the age of all inputs on its own thread, and calls ``halt`` repeatedly while one is stale.
 
     ``ages`` returns, for each input's name, the age of its newest value and the largest age allowed, seconds. Nothing
     is checked while the robot is not meant to move.
@@ -34,14 +34,14 @@ class StalenessGuard:
         self._thread.join()
 
     def stale_input(self) -> str | None:
-        """Name an input that is too old, and its age; None when all are fresh."""
+        """Return the name of an input that is too old, with its age; None if all are fresh."""
         for name, (age, limit) in self._ages().items():
             if age > limit:
                 return f"no {name} for {age:.1f} s"
         return None
 
     def stop(self, reason: str) -> None:
-        """Stop the robot, and say why once."""
+        """Stop the robot, and log the reason once."""
         self._halt()
         if self.reason is None:
             _LOG.warning("the robot is stopped: %s", reason)

@@ -1,32 +1,36 @@
-"""Signals that end or suspend a program, passed on before they do so."""
+"""Signals that end or suspend a program, passed on before they take effect."""
 
 import logging
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
 from types import FrameType
 from typing import Any, Final, NoReturn
 
-from slam.console.signals import ENDING_SIGNALS
+from slam.system import ENDING_SIGNALS
 
 _DEADLY: Final = (
     "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGVTALRM", "SIGPROF", "SIGIO", "SIGPWR", "SIGXCPU", "SIGSTKFLT", "SIGABRT",
     "SIGTRAP", "SIGSYS",
 )  # fmt: skip
-"""These, and those of real time, end a program that does not handle them; SIGSEGV and its like cannot be handled."""
+"""Signals that, with the real-time ones, end a program that does not handle them; SIGSEGV and the like cannot be
+handled."""
 _SUSPENDING: Final = ("SIGTSTP", "SIGTTIN", "SIGTTOU")
+CONTINUES: Final[int | None] = getattr(signal, "SIGCONT", None)
+"""Signal to a program that was suspended; None on Windows, which has no suspending."""
 
 _LOG: Final = logging.getLogger("hopslam.robot")
 
 
 class StopSignals:
-    """Writes the numbers of signals to ``fd`` from ``install`` to ``remove``, whatever the main thread is doing.
+    """Writes the numbers of signals to ``fd`` from ``install`` to ``remove``, even while the main thread is busy.
 
-    Signals that would end the program on the spot raise SystemExit in it instead. Those that would suspend it do
-    nothing more; the reader of ``fd`` suspends it when the robot stands. Signals that the program handles or ignores
-    are left to it. Only the main thread can install them; elsewhere a warning is logged.
+    Signals that would end the program immediately raise SystemExit in it instead. Signals that would suspend it do
+    nothing more; the reader of ``fd`` suspends it when the robot is at rest. Signals that the program handles or
+    ignores are left to it. Only the main thread can install handlers; elsewhere a warning is logged.
     """
 
     def __init__(self, fd: int) -> None:
@@ -34,37 +38,37 @@ class StopSignals:
         self._installed = False
         self._handled: list[int] = []
         self._previous_fd = -1
-        self.ending: set[int] = set(ENDING_SIGNALS)  # whoever handles them
-        """Numbers of those that end the program."""
+        self.ending: set[int] = set(ENDING_SIGNALS)  # by signal, the handler that was there before
+        """Numbers of the signals that end the program."""
         self.suspending = set(_numbers(_SUSPENDING))
-        """Numbers of those that suspend it."""
+        """Numbers of the signals that suspend it."""
 
     def install(self) -> None:
-        """Take over the signals that nobody handles; doing so twice is allowed."""
+        """Take over the signals that have no handler; calling it twice is allowed."""
         if self._installed:
             return
         if not _in_main_thread():
             _LOG.warning("opened outside the main thread: no signal stops the robot, only its own watchdog does")
             return
-        real_time = range(signal.SIGRTMIN, signal.SIGRTMAX + 1) if hasattr(signal, "SIGRTMIN") else ()
+        real_time = range(getattr(signal, "SIGRTMIN", 0), getattr(signal, "SIGRTMAX", -1) + 1)
         deadly = [*_numbers(_DEADLY), *real_time]
         self.ending |= {number for number in deadly if signal.getsignal(number) is signal.SIG_DFL}
         for number in self.ending:
             self._handle(number, _leave)
-        for number in (*self.suspending, signal.SIGCONT):
+        for number in (*self.suspending, *filter(None, [CONTINUES])):
             self._handle(number, _go_on)
         self._previous_fd = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
         self._installed = True
 
     def reclaim(self) -> None:
-        """Take the numbers back from whoever has asked for them since, an event loop for example, and pass them on."""
+        """Take the numbers back from whoever has claimed them since, an event loop for example, and pass them on."""
         if self._installed and _in_main_thread():
             other = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
             if other != self._fd:
                 self._previous_fd = other
 
     def remove(self) -> bool:
-        """Handle signals as before, or return False: only the main thread can."""
+        """Restore the handlers, and return True, or return False outside the main thread."""
         if self._installed and not _in_main_thread():
             return False
         if self._installed:
@@ -75,7 +79,7 @@ class StopSignals:
         return True
 
     def pass_on(self, numbers: bytes) -> None:
-        """Tell whoever had such a file descriptor before, an event loop for example."""
+        """Pass the numbers on to the previous file descriptor, of an event loop for example."""
         if self._previous_fd != -1:
             with suppress(OSError):  # it is full, or was closed
                 os.write(self._previous_fd, numbers)
@@ -86,8 +90,14 @@ class StopSignals:
             self._handled.append(number)
 
 
+def suspend() -> None:
+    """Suspend this program until somebody sends SIGCONT."""
+    if sys.platform != "win32":
+        os.kill(os.getpid(), signal.SIGSTOP)
+
+
 def name_of(number: int) -> str:
-    """Name a signal, ``SIGTERM`` for 15; those of real time have a number only."""
+    """Return the name of a signal, ``SIGTERM`` for 15; real-time signals have a number only."""
     try:
         return signal.Signals(number).name
     except ValueError:
@@ -99,7 +109,7 @@ def _in_main_thread() -> bool:
 
 
 def _numbers(names: tuple[str, ...]) -> list[int]:
-    """Return the signals of these names that this system has."""
+    """Return the signals with these names that this system has."""
     return [int(getattr(signal, name)) for name in names if hasattr(signal, name)]
 
 
@@ -108,4 +118,4 @@ def _leave(number: int, _: FrameType | None) -> NoReturn:
 
 
 def _go_on(_number: int, _: FrameType | None) -> None:
-    """Do nothing: a handler lets the number through to the file descriptor."""
+    """Do nothing: with a handler, the number reaches the file descriptor."""

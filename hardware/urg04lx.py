@@ -29,15 +29,15 @@ _POLL: Final = 0.1
 """Seconds after which the thread checks whether it should end."""
 _SILENCE: Final = 1.5
 _LOST_SCANS: Final = 5
-"""Seconds, and scan periods at least, without a scan after which the sensor is opened anew."""
+"""Scan periods without a scan, and least seconds, after which the sensor is opened again."""
 
 
 class Urg04lx:
-    """Opened when made: the sensor is found, and scans come from then on.
+    """Opened by the constructor: the sensor is found, and sends scans from then on.
 
-    A thread reads them; it opens the port again when it is lost, and the sensor when it falls silent. Scans are
-    cut to the reach of ``model``. Once ``leaving`` is set, attempts to connect are given up. RobotError when
-    no sensor answers.
+    A thread reads them; it opens the port again when it is lost, and the sensor when it falls silent. Ranges beyond
+    those of ``model`` are removed. Once ``leaving`` is set, attempts to connect are given up. RobotError if no sensor
+    answers.
     """
 
     def __init__(self, config: HardwareConfig, model: LidarModel, leaving: threading.Event, wire: WireSession) -> None:
@@ -53,16 +53,16 @@ class Urg04lx:
 
     @property
     def trouble(self) -> str | None:
-        """Reason why no scans come; None when they do."""
+        """Reason why no scans arrive; None if they do."""
         return self._thread.trouble
 
     @property
     def period(self) -> float:
-        """Seconds from scan to scan: the mirror turns more often where the line is too slow for every turn."""
+        """Seconds from scan to scan: turns are left out if the line is too slow for every turn."""
         return self._parameters.scan_time * (1 + self._request.interval)
 
     def close(self) -> None:
-        """Switch the laser off, and let go of the sensor; closing twice is allowed."""
+        """Switch the laser off, and close the port; closing twice is allowed."""
         self._leaving.set()
         self._thread.close()
         stop_scans(self._line)
@@ -87,7 +87,7 @@ class Urg04lx:
             raise
 
     def _serve(self) -> None:
-        """Take the scans that come within a short time; RobotError when there are no more."""
+        """Take the scans of a short time; RobotError if no more arrive."""
         for frame in self._line.receive(_POLL):
             if self._take(frame):
                 self._last_scan_at = frame.ended
@@ -104,7 +104,7 @@ class Urg04lx:
         self._line.port.close()
 
     def _take(self, frame: RawAnswer) -> bool:
-        """Take the scans in a frame; False where it held none."""
+        """Take the scans in a frame; False if it held none."""
         found = [data for data in partial_scans(frame.lines, self._parameters.range_max) if self._is_ours(data)]
         taken = [self._take_scan(data, frame) for data in found]
         if not found:
@@ -115,8 +115,8 @@ class Urg04lx:
         return replace(data.request, scans=0) == self._request
 
     def _take_scan(self, data: ScanData, frame: RawAnswer) -> bool:
-        """Keep a scan; False where nobody can know when it was taken."""
-        # Of an answer that stood behind the remains of another nobody knows when it began to come.
+        """Keep a scan; False if its time cannot be known."""
+        # an answer joined to the remains of another has no known time of its first byte
         whole = frame.lines[0] == data.request.encode().encode()
         if data.time is None or not (whole or self._clock.running):
             return False
@@ -127,7 +127,7 @@ class Urg04lx:
         return True
 
     def _require_fine(self, reply: Reply | None) -> None:
-        """Raise RobotError where an answer to our request says why there are no scans."""
+        """Raise RobotError if an answer to our request says why there are no scans."""
         if reply is not None and reply.echo == self._request.encode() and not is_ok(reply.status):
             why = status_meaning(reply.echo, reply.status)
             raise RobotError(f"{self._config.lidar_port}: the lidar stopped: status {reply.status}, {why}")

@@ -1,5 +1,6 @@
-"""The serial ports of this machine: which of them a robot or a lidar is likely behind, and how long they hold bytes."""
+"""The serial ports of this machine: those that may belong to a robot or a lidar, and their latency."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -16,10 +17,10 @@ _ADAPTERS: Final = {
     0x1A86: "WCH",
     0x9710: "MosChip",
 }
-"""Makers, by USB vendor number, of lidars and of the adapters that robots and lidars are connected by."""
+"""Makers, by USB vendor number, of lidars and of the adapters of robots and lidars."""
 _USB_SERIAL: Final = Path("/sys/bus/usb-serial/devices")
 _SHORTEST: Final = 1
-"""Milliseconds: the least that FTDI's driver can be told."""
+"""Milliseconds: the least that FTDI's driver accepts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +30,7 @@ class ListedPort:
     device: str
     description: str
     likely: bool
-    """True where a robot or a lidar may be connected; false for modems, boards and receivers of other makers."""
+    """True if a robot or a lidar may be connected; False for modems, boards and receivers of other makers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,7 @@ class LatencyTimer:
 
     @property
     def advice(self) -> str | None:
-        """Cure for a long latency; None where it is as short as it can be."""
+        """Advice against a long latency; None if it is as short as it can be."""
         if self.milliseconds <= _SHORTEST:
             return None
         return (
@@ -51,18 +52,23 @@ class LatencyTimer:
 
 
 def listed_ports() -> list[ListedPort]:
-    """List the serial ports of this machine, by name."""
-    ports = sorted(comports(), key=lambda port: str(port.device))
+    """List the serial ports of this machine, by name: COM3 before COM12."""
+    ports = sorted(comports(), key=lambda port: _with_numbers(port.device))
     return [
         ListedPort(port.device, "no USB port" if port.vid is None else port.description, port.vid in _ADAPTERS)
         for port in ports
     ]
 
 
+def _with_numbers(name: str) -> list[str | int]:
+    """Split a name into text and numbers, so that COM3 comes before COM12."""
+    return [int(part) if part.isdecimal() else part for part in re.split(r"([0-9]+)", name)]
+
+
 def latency_timer(port: str, devices: Path = _USB_SERIAL) -> LatencyTimer | None:
-    """Return the latency timer of the adapter behind a port, which may be a link; None where it has none."""
-    file = devices / Path(port).resolve().name / "latency_timer"
+    """Return the latency timer of the adapter behind a port, which may be a link; None if it has none."""
     try:
+        file = devices / Path(port).resolve().name / "latency_timer"
         return LatencyTimer(file, int(file.read_text(encoding="ascii")))
     except (OSError, ValueError):
         return None

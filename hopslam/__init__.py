@@ -65,11 +65,11 @@ _MODULES: Final = {
     "slam.run.scoring.evaluate": ("Evaluation", "evaluate"),
     "slam.sweep.launch": ("Sweep", "sweep"),
 }
-"""The names of this package by the module that has them; each is imported when one of its names is first asked for."""
+"""Public names by the module that defines them; a module is imported when one of its names is first used."""
 _PLACES: Final = {name: module for module, names in _MODULES.items() for name in names}
 
 
-if not TYPE_CHECKING:  # a type checker shall know the names above, and no other
+if not TYPE_CHECKING:  # a type checker should know the names above and no others
 
     def __getattr__(name: str) -> Any:
         if name not in _PLACES:

@@ -1,4 +1,4 @@
-"""Arguments of the API, checked: a fault is one InputError that names argument, value, index and cure."""
+"""Checks of the arguments of the API: a fault is one InputError with argument, value, index and advice."""
 
 from math import isfinite, pi
 from numbers import Real
@@ -10,22 +10,26 @@ from slam.errors import InputError
 from slam.limits import BEAMS
 from slam.pose import FloatArray, Pose2D
 
-LEAST_BEAMS: Final = 3
-"""Fewest beams of a scan, for two points always lie on a line."""
+MIN_BEAMS: Final = 3
+"""Fewest beams of a scan: a line always passes through two points."""
 FULL_TURN: Final = 2.0 * pi + 1e-6
 """A full turn in radians, with room for rounding."""
 _FARTHEST: Final = 200.0
-"""Metres; where half of the ranges are longer, they are not in metres."""
+"""Metres; if half of the ranges are longer, their unit is not the metre."""
 _FARTHEST_WHOLE: Final = 20.0
-"""The same where all ranges are whole numbers, as millimetres are and metres are not."""
+"""The same limit for ranges that are all whole numbers, as millimetres are."""
+_LONGEST_REACH: Final = 1000.0
+"""Metres that no lidar reaches."""
+_LATEST: Final = 1e11
+"""Seconds, some 3000 years; a longer time is in milliseconds or nanoseconds."""
 _WHAT_MISSES: Final = "write inf where nothing came back, nan for an erroneous reading"
 
 
 def checked_ranges(given: Any) -> FloatArray:
-    """The ranges of a scan, (N,), metres; ``inf``, ``-inf`` and ``nan`` are taken as REP-117 has them."""
+    """The ranges of a scan, (N,), metres; ``inf``, ``-inf`` and ``nan`` have the meaning of REP-117."""
     ranges = _row("ranges", given, _WHAT_MISSES)
-    if len(ranges) < LEAST_BEAMS:
-        raise InputError(f"ranges has {len(ranges)} values; a scan needs {LEAST_BEAMS} or more")
+    if len(ranges) < MIN_BEAMS:
+        raise InputError(f"ranges has {len(ranges)} values; a scan needs {MIN_BEAMS} or more")
     if excess := BEAMS.excess(len(ranges)):
         raise InputError(f"ranges: {excess}")
     finite = np.isfinite(ranges)
@@ -39,12 +43,16 @@ def checked_ranges(given: Any) -> FloatArray:
 
 def _check_metres(measured: FloatArray) -> None:
     middle, whole = float(np.median(np.minimum(measured, 1e9))), np.array_equal(measured, np.round(measured))
-    if middle > (_FARTHEST_WHOLE if whole else _FARTHEST):
-        raise InputError(f"ranges look like millimetres: their median is {middle:g}; give metres: divide by 1000")
+    if middle <= (_FARTHEST_WHOLE if whole else _FARTHEST):
+        return
+    unit, divisor = (
+        ("millimetres", "1000") if middle >= _LONGEST_REACH else ("millimetres or centimetres", "1000 or 100")
+    )
+    raise InputError(f"ranges look like {unit}: their median is {middle:g}; give metres: divide by {divisor}")
 
 
 def checked_angles(given: Any, count: int) -> FloatArray:
-    """The bearings of so many beams, (N,), radians."""
+    """Check the bearings, (N,), radians, and that there is one for each of the ``N`` beams."""
     angles = _row("angles", given, "each beam has a bearing")
     if len(angles) != count:
         raise InputError(f"angles has {len(angles)} values for {count} ranges; give one angle for each range")
@@ -52,7 +60,7 @@ def checked_angles(given: Any, count: int) -> FloatArray:
 
 
 def checked_pose(name: str, given: Any) -> Pose2D:
-    """A pose given as Pose2D or as x, y, theta; metres and radians."""
+    """Convert a pose given as Pose2D or as x, y, theta; metres and radians."""
     if isinstance(given, Pose2D):
         given = (given.x, given.y, given.theta)
     row = _row(name, given, "give x, y, theta in metres and radians")
@@ -73,9 +81,9 @@ def checked_start(name: str, given: Any) -> Pose2D:
 
 
 def checked_number(name: str, given: Any, least: float | None = None, cure: str = "") -> float:
-    """A number that is not nan; with ``least``, of that or more."""
+    """Check a number that is not nan, and is at least ``least`` where that is given."""
     end = f"; {cure}" if cure else ""
-    if not isinstance(given, Real | np.number) or isinstance(given, bool | np.bool_):
+    if not _is_number(given):
         raise InputError(f"{name} is {shown(given)}, no number{end}")
     number = float(given)
     if number != number or (least is not None and number < least):
@@ -84,7 +92,7 @@ def checked_number(name: str, given: Any, least: float | None = None, cure: str 
 
 
 class LidarTraits(NamedTuple):
-    """Least and greatest range, metres, and seconds between two beams, 0 where they are not known."""
+    """Check the least and greatest range, metres, and the seconds between two beams, 0 if unknown."""
 
     range_min: float
     range_max: float
@@ -92,44 +100,51 @@ class LidarTraits(NamedTuple):
 
 
 def checked_lidar(range_min: Any, range_max: Any, time_increment: Any) -> LidarTraits:
-    """Check the traits of the lidar beside its ranges and angles."""
+    """Check the properties of the lidar that come beside its ranges and angles."""
     near = checked_number("range_min", range_min, 0.0, "give metres")
     far = checked_number("range_max", range_max, near, "give metres, or leave it out")
+    if isfinite(far) and far >= _LONGEST_REACH:
+        raise InputError(f"range_max is {far:g} and looks like millimetres; give metres, or leave it out")
     return LidarTraits(
         near, far, checked_number("time_increment", time_increment, 0.0, "give the seconds between beams")
     )
 
 
 def checked_stamp(given: Any) -> float:
-    """A time in seconds."""
+    """Check a time in seconds."""
     stamp = checked_number("stamp", given, cure="give the time of the first beam in seconds")
     if not isfinite(stamp):
         raise InputError(f"stamp is {stamp:g}, not finite; give the time of the first beam in seconds")
+    if abs(stamp) > _LATEST:
+        raise InputError(f"stamp is {stamp:g} and looks like milliseconds or nanoseconds; give seconds")
     return stamp
 
 
 def checked_seed(given: Any) -> int:
-    """A whole number, 0 or more."""
+    """Check a whole number, 0 or more."""
     if not isinstance(given, int | np.integer) or isinstance(given, bool) or given < 0:
         raise InputError(f"seed is {shown(given)}; give a whole number, 0 or more")
     return int(given)
 
 
 def _row(name: str, given: Any, cure: str) -> FloatArray:
-    """A row of numbers as an array of its own."""
+    """Copy a row of numbers into a new array."""
     if given is None:
         raise InputError(f"{name} is None; {cure}")
     if isinstance(given, np.ma.MaskedArray):
         given = np.ma.filled(given.astype(np.float64), np.nan)
     try:
         array = np.asarray(given)
-    except ValueError as error:  # ragged
+    except ValueError as error:  # rows of different lengths
         raise InputError(f"{name}{_fault_of_items(given)}; {cure}") from error
     if array.ndim != 1:
         raise InputError(f"{name} has shape {array.shape}; {_cure_of_shape(name, array)}")
-    if len(array) and array.dtype.kind not in "iuf":
+    if len(array) and array.dtype.kind not in "iuf" and not all(map(_is_number, array)):
         raise InputError(f"{name}{_fault_of_items(given)}; {cure}")
-    return np.array(array, np.float64)
+    try:
+        return np.array(array, np.float64)
+    except OverflowError as error:
+        raise InputError(f"{name} is no row of numbers; {cure}") from error
 
 
 def _cure_of_shape(name: str, array: Any) -> str:
@@ -141,14 +156,18 @@ def _cure_of_shape(name: str, array: Any) -> str:
 
 
 def _fault_of_items(items: Any) -> str:
-    """The first item that is no number, as in ``[3] is None``."""
+    """Describe the first item that is not a number, as in ``[3] is None``."""
     for k, item in enumerate(items):
-        if isinstance(item, bool | np.bool_) or not isinstance(item, Real | np.number):
+        if not _is_number(item):
             return f"[{k}] is {shown(item)}, no number"
     return " is no row of numbers"
 
 
+def _is_number(item: Any) -> bool:
+    return isinstance(item, Real | np.integer | np.floating) and not isinstance(item, bool | np.bool_)
+
+
 def shown(item: Any) -> str:
-    """A value in a few characters."""
+    """Shorten the text of a value to a few characters."""
     text = " ".join(repr(item).split())
     return text if len(text) <= 40 else f"{text[:37]}..."

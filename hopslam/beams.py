@@ -12,30 +12,30 @@ from slam.pose import FloatArray, unit_vectors, wrap_angles
 from slam.scan import even_fan
 
 _EVEN: Final = 1e-6
-"""Radians: angles that are so near to even steps are even."""
+"""Radians: angles that differ from even steps by less count as even."""
 
 
 class Beams(NamedTuple):
-    """N beams; the arrays are not to be written to."""
+    """Order and spacing of N beams; the arrays must not be written to."""
 
     order: IntArray
-    """(N,): the place of each among the angles that were given."""
+    """(N,): index of each beam in the angles that were given."""
     first: float
-    """Bearing of the first, radians."""
+    """Bearing of the first beam, radians."""
     step: float
-    """Mean angle between two, radians."""
+    """Mean angle between two beams, radians."""
     fan: FloatArray | None
-    """The fan (3, N) of uneven beams; None of even ones."""
+    """The fan (3, N) of uneven beams; None for even ones."""
 
 
 def beams_of(angles: FloatArray) -> Beams:
-    """The beams at these angles (N,), radians; InputError for degrees, and for what is more or less than a fan."""
+    """Order the beams at these angles (N,), radians; InputError for degrees, and for angles that do not form a fan."""
     return _beams(angles.tobytes())
 
 
 @lru_cache(maxsize=16)
 def _beams(raw: bytes) -> Beams:
-    """The same of the angles as bytes: most lidars have the same in every scan."""
+    """Order the beams, from the bytes of the angles: most lidars have the same angles in every scan."""
     angles = np.frombuffer(raw, np.float64)
     _check_bearings(angles)
     order, bearings = _counter_clockwise(angles)
@@ -60,9 +60,9 @@ def _check_bearings(angles: FloatArray) -> None:
 
 
 def _counter_clockwise(angles: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The order in which the beams turn counter-clockwise, and their rising bearings in it.
+    """Find the order in which the beams turn counter-clockwise, and their rising bearings in it.
 
-    Beams stay as they are where they run one way round; else they are sorted by bearing.
+    Beams that turn one way keep their order, or are reversed; others are sorted by bearing.
     """
     turned, places = np.unwrap(angles), np.arange(len(angles))
     steps = np.diff(turned)
@@ -76,7 +76,7 @@ def _counter_clockwise(angles: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def _fan(angles: FloatArray, step: float) -> FloatArray | None:
-    """The fan of uneven beams; None of even ones."""
+    """Make the fan of uneven beams; None for even ones."""
     even = even_fan(float(angles[0]), step, len(angles))[0]
     if np.abs(angles - even).max() <= _EVEN:
         return None

@@ -1,5 +1,6 @@
-"""Scans and odometry as a user gives them, one after another, made into what the method takes."""
+"""Checks and converts the scans and the odometry that a caller passes one after another."""
 
+import warnings
 from typing import Any, Final
 
 from hopslam.arguments import LidarTraits, checked_pose
@@ -10,15 +11,15 @@ from slam.pose import Pose2D
 from slam.scan import LaserScan
 
 SCAN_TIME: Final = 0.1
-"""Seconds from one scan to the next, where no stamps are given."""
+"""Seconds from one scan to the next if no stamps are given."""
 _FASTEST_TURN: Final = 6.5
-"""Radians from one scan to the next: an odometry that turns by more is in degrees."""
+"""Radians from one scan to the next; odometry that turns more is in degrees."""
 _FARTHEST_MOVE: Final = 20.0
-"""Metres from one scan to the next: an odometry that moves by more is in millimetres, or was reset."""
+"""Metres from one scan to the next; odometry that moves more is in millimetres, or was reset."""
 
 
 class Intake:
-    """Checks each scan and its odometry, alone and against the one before.
+    """Checks each scan and its odometry, alone and against the previous one.
 
     Odometry and stamps come with every scan or with none.
     """
@@ -26,13 +27,14 @@ class Intake:
     def __init__(self, lidar: LidarTraits) -> None:
         self._lidar = lidar
         self._count = 0
-        self._stamp: float | None = None  # of the last scan; None: the user has no clock
-        self._odometry: Pose2D | None = None  # with the last scan; None: the user has none
+        self._has_seen = False
+        self._stamp: float | None = None  # of the last scan; None if the caller gives no stamps
+        self._odometry: Pose2D | None = None  # with the last scan; None if the caller gives no odometry
 
     def take(
         self, ranges: Any, angles: Any = None, odometry: Any = None, stamp: Any = None
     ) -> tuple[LaserScan, Odometry, bool]:
-        """The scan, the odometry at its stamp, and True where that was measured; InputError names the scan."""
+        """Return the scan, the odometry at its stamp, and True if that was measured; InputError names the scan."""
         try:
             given = self._scan(ranges, angles, stamp)
             time = self._time(given)
@@ -43,9 +45,17 @@ class Intake:
             raise InputError(f"scan {self._count}: {error}") from error
         self._count, self._odometry = self._count + 1, pose
         self._stamp = None if given.stamp is None else time
+        self._warn_of_nothing(given)
         scan = given.laser_scan(time)
         T_odom_base = (pose or Pose2D()) @ twist.motion(scan.stamp - time)  # a clockwise scan begins with its last beam
         return scan, Odometry(scan.stamp, T_odom_base, twist), pose is not None
+
+    def _warn_of_nothing(self, scan: Scan) -> None:
+        """Warn as long as no scan has had a distance: the caller may have taken the wrong array."""
+        self._has_seen = self._has_seen or bool(len(scan.points))
+        if not self._has_seen:
+            text = f"scan {self._count - 1}: none of its {len(scan)} ranges is from range_min to range_max, in metres"
+            warnings.warn(f"{text}; the map begins with a scan that sees walls", stacklevel=4)
 
     def _scan(self, ranges: Any, angles: Any, stamp: Any) -> Scan:
         if isinstance(ranges, Scan):
@@ -57,7 +67,7 @@ class Intake:
         return Scan(ranges, angles, stamp, **self._lidar._asdict())
 
     def _time(self, scan: Scan) -> float:
-        """The time of a scan, by the user's clock, or at 10 Hz where there is none."""
+        """Return the stamp that the caller gave, or a time at 10 Hz."""
         self._check_all_or_none("stamp", scan.stamp, self._stamp, "the seconds of its first beam")
         if scan.stamp is None:
             if scan.laser_scan().time_increment:
@@ -75,7 +85,7 @@ class Intake:
             raise InputError(f"{name} is {fault}; give {what} with every scan or with none")
 
     def _twist(self, pose: Pose2D | None, time: float) -> Twist2D:
-        """The velocity since the last scan; zero where nobody measured it."""
+        """Return the velocity since the last scan; zero without odometry."""
         if pose is None:
             return Twist2D()
         last = self._odometry or pose

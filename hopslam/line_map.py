@@ -23,7 +23,7 @@ _FILE = "map.json"
 
 
 class Map:
-    """Walls, and the way of the robot that mapped them; metres and radians, map frame."""
+    """Walls, and the path of the robot that mapped them; metres and radians, map frame."""
 
     def __init__(
         self,
@@ -42,9 +42,9 @@ class Map:
         self.pose = pose
         """Last pose of the robot."""
         self.trajectory = trajectory
-        """The robot with each scan, rows x, y, theta, (K, 3); none of a map that was loaded."""
+        """Pose of the robot at each scan, rows x, y, theta, (K, 3); empty for a map that was loaded."""
         self.stamps = stamps
-        """Seconds of each scan, (K,)."""
+        """Stamp of each scan, (K,), seconds."""
         self.saved = saved
         """Content of the saved file, in the form of the package ``slam``, which is not part of the stable API."""
         self._closed = closed
@@ -52,9 +52,9 @@ class Map:
     def save(self, folder: str | Path) -> Path:
         """Write the map into a folder, for ``load_map``, ``Slam(saved_map=...)`` and ``hopslam localize --map``.
 
-        Returns the path of its ``map.json``. Where loops were closed, ``graph.json``, ``key_scans.npz``, ``closed.tum``
-        and ``walls.geojson`` are beside it. InputError in paper mode, which keeps no such map, and where nothing can be
-        written.
+        Returns the path of its ``map.json``. A run that closed loops also has ``graph.json``, ``key_scans.npz``,
+        ``closed.tum`` and ``walls.geojson`` in the folder. InputError in paper mode, which keeps no such map, and if
+        the folder cannot be written.
         """
         path = Path(folder)
         if self.saved is None:
@@ -72,19 +72,19 @@ class Map:
         return f"Map({len(self.walls)} walls, {length:.1f} m in all, {len(self.trajectory)} scans)"
 
     def picture(self) -> bytes:
-        """The walls, and the way of the robot, as the content of a PNG file."""
+        """Draw the walls and the robot's path; return the content of a PNG file."""
         from slam.run.pictures.figure_style import png_of
         from slam.run.pictures.map_picture import MapContents, map_figure
 
-        way = self.trajectory if len(self.trajectory) else self.pose.as_array()[None]
-        return png_of(map_figure(MapContents(self.walls, way, points=self.points), longest=9.0))
+        path = self.trajectory if len(self.trajectory) else self.pose.as_array()[None]
+        return png_of(map_figure(MapContents(self.walls, path, points=self.points), longest=9.0))
 
     def _repr_png_(self) -> bytes:
         return self.picture()
 
 
 def _write(folder: Path, saved: SavedSlam) -> None:
-    """Write a map that was loaded or whose run goes on, in the place of one that may be there."""
+    """Write a map that was loaded, or whose run continues; an earlier map in the folder is replaced."""
     for other in ("graph.json", "key_scans.npz", "closed.tum", "walls.geojson"):
         (folder / other).unlink(missing_ok=True)
     write_map(folder / _FILE, saved)
@@ -94,9 +94,9 @@ def _write(folder: Path, saved: SavedSlam) -> None:
 
 
 def load_map(path: str | Path, settings: SettingsLike = ()) -> Map:
-    """Read a map that was saved, from its folder, a run folder or its ``map.json``.
+    """Read a saved map from its folder, a run folder or its ``map.json``.
 
-    The settings are those with which it will be used. InputError names the file and what is wrong.
+    The map will be used with these settings. InputError names the file and what is wrong.
     """
     file = Path(path)
     file = file / _FILE if file.is_dir() else file
@@ -110,7 +110,7 @@ def load_map(path: str | Path, settings: SettingsLike = ()) -> Map:
 
 
 def closed_map(closed: ClosedLoops) -> Map:
-    """The map of a run whose loops were closed."""
+    """Make the map of a run whose loops were closed."""
     surfels, saved = closed.run.map, closed.saved
     if saved is not None:
         saved = replace(saved, graph=KnownGraph.of_run(closed.run))
@@ -119,7 +119,7 @@ def closed_map(closed: ClosedLoops) -> Map:
 
 
 def state_of(given: Map | str | Path, config: SlamConfig) -> SavedSlam:
-    """The state of the method in a map, to go on from: a copy, so that the map stays as it is."""
+    """Copy the state from which the method continues in a map; the map itself does not change."""
     if isinstance(given, str | Path):
         given = load_map(given, config)
     if not isinstance(given, Map):

@@ -1,4 +1,4 @@
-"""The robot found and tracked in a map that stays as it is."""
+"""Localisation of a robot in a map that does not change."""
 
 from math import inf
 from pathlib import Path
@@ -16,10 +16,10 @@ from slam.pose import Pose2D
 
 
 class Localizer:
-    """Localisation in a saved map, a Map or the path of one, from nothing: the robot moves until it is ``sure``.
+    """Localises a robot in a saved map, a Map or the path of one; the robot moves until it is ``sure``.
 
-    With ``start``, x, y, theta of the robot at its first scan, it is sure from there on. The other arguments are those
-    of Slam. ``Estimate.lost`` says that it is not sure, and the covariance is against the map.
+    With ``start``, the pose x, y, theta of the robot at its first scan, it is sure from there on. The other arguments
+    are those of Slam. ``Estimate.lost`` is True while it is not sure; the covariance is relative to the map.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class Localizer:
         self._T_base_laser = checked_start("T_base_laser", T_base_laser)
         self._start = None if start is None else checked_start("start", start)
         self._intake = Intake(checked_lidar(range_min, range_max, time_increment))
-        self._method: LineLocalizer | None = None  # from the first scan on, which tells if there is odometry
+        self._method: LineLocalizer | None = None  # set at the first scan, which shows whether there is odometry
 
     @property
     def sure(self) -> bool:
@@ -47,11 +47,11 @@ class Localizer:
 
     @property
     def pose(self) -> Pose2D:
-        """The likeliest place of the robot; the origin where there is none yet."""
+        """Most likely pose of the robot; the origin before the first hypothesis."""
         return self._start or Pose2D() if self._method is None else self._method.T_map_base
 
     def update(self, ranges: Any, angles: Any = None, odometry: Any = None, stamp: float | None = None) -> Estimate:
-        """Take the next scan, as ``Slam.update`` does; return what is known after it."""
+        """Take the next scan, as ``Slam.update`` does; return the estimate after it."""
         scan, moved, measured = self._intake.take(ranges, angles, odometry, stamp)
         if self._method is None:
             config = self._config if measured else self._config.without_odometry()

@@ -27,8 +27,8 @@ class Scan:
 
     A range of ``inf`` means no echo, ``-inf`` too close and ``nan`` an erroneous reading (REP-117). A reading below
     ``range_min`` counts as erroneous, one above ``range_max`` as no echo. The angles may be uneven, clockwise or
-    unsorted. ``stamp`` is the time of the first beam in seconds, ``time_increment`` that between two beams, 0 where it
-    is not known; beams that carry time need angles in the order in which they were taken. InputError names the argument
+    unsorted. ``stamp`` is the time of the first beam in seconds, ``time_increment`` the time between two beams, 0 if
+    unknown; with a ``time_increment``, the angles must be in the order of measurement. InputError names the argument
     that is wrong.
     """
 
@@ -48,7 +48,7 @@ class Scan:
         measured[np.isfinite(measured) & (measured > far)] = inf
         beams = beams_of(bearings)
         self.stamp = None if stamp is None else checked_stamp(stamp)
-        """Seconds: the time of the beam that was taken first; None where nobody told."""
+        """Time of the first measured beam, seconds; None if the caller gave none."""
         first, between = _timing(beams.order, between)
         self._scan = LaserScan(
             first, beams.first, beams.step, near, far, measured[beams.order], between, beam_fan=beams.fan
@@ -56,25 +56,28 @@ class Scan:
 
     @property
     def ranges(self) -> FloatArray:
-        """Metres, (N,), counter-clockwise; not to be written to."""
+        """Ranges, (N,), metres, counter-clockwise; must not be written to."""
         return _read_only(self._scan.ranges)
 
     @property
     def angles(self) -> FloatArray:
-        """Radians, (N,), rising; not to be written to."""
+        """Bearings, (N,), radians, increasing; must not be written to."""
         return _read_only(self._scan.bearings)
 
     @property
     def points(self) -> FloatArray:
-        """End points of the beams that came back, (M, 2), metres, sensor frame."""
+        """End points of the beams with an echo, (M, 2), metres, sensor frame."""
         return self._scan.points()
 
     def laser_scan(self, stamp: float = 0.0) -> LaserScan:
-        """The scan in the form of the package ``slam``, its first beam taken at ``stamp``; not of the stable API."""
+        """Convert to the scan of the package ``slam``, its first beam taken at ``stamp``.
+
+        Not part of the stable API.
+        """
         return replace(self._scan, stamp=stamp + self._scan.stamp)
 
     def segments(self, settings: str | Sequence[str] | SlamConfig = ()) -> Segments:
-        """The line segments of this scan, by the method of these settings; see ``Slam``."""
+        """Extract the line segments of this scan with these settings; see ``Slam``."""
         found = extract_segments(self._scan, slam_config(settings).lines)
         return Segments(found, self.points)
 
@@ -86,7 +89,7 @@ class Scan:
         return f"Scan({len(self)} beams from {angles[0]:.3f} to {angles[-1]:.3f} rad, {echoes} with an echo)"
 
     def picture(self) -> bytes:
-        """The points of the scan, as the content of a PNG file."""
+        """Draw the points of the scan; return the content of a PNG file."""
         from slam.run.pictures.figure_style import png_of
         from slam.run.pictures.scan_picture import scan_figure
 
@@ -97,9 +100,9 @@ class Scan:
 
 
 def _timing(order: IntArray, between: float) -> tuple[float, float]:
-    """Seconds from the first-taken beam to the first in this order, and from each beam to the next.
+    """Return the seconds from the first measured beam to the first in this order, and from each beam to the next.
 
-    The latter is below 0 where the lidar turns clockwise.
+    The second is negative for a lidar that turns clockwise.
     """
     if between == 0.0 or order[0] < order[-1] == len(order) - 1:
         return 0.0, between

@@ -7,7 +7,7 @@ from slam.pose import FloatArray, Pose2D
 
 
 class Segments:
-    """M line segments in one frame, metres and radians: of a scan, that of the sensor.
+    """M line segments in one frame, metres and radians; segments of a scan are in the sensor frame.
 
     Segment m lies on the line ``x cos(theta[m]) + y sin(theta[m]) = rho[m]``.
     """
@@ -17,12 +17,12 @@ class Segments:
 
     @property
     def ends(self) -> FloatArray:
-        """Start and end of each, (M, 2, 2): [segment, start or end, x or y]."""
+        """Start and end of each segment, (M, 2, 2): [segment, start or end, x or y]."""
         return np.stack([self._found.start, self._found.end], axis=1)
 
     @property
     def lengths(self) -> FloatArray:
-        """Metres, (M,)."""
+        """Length of each segment, (M,), metres."""
         return np.asarray(np.hypot(*(self._found.end - self._found.start).T))
 
     @property
@@ -37,11 +37,11 @@ class Segments:
 
     @property
     def covariance(self) -> FloatArray | None:
-        """Covariance (M, 2, 2) of [rho, theta] of each; None where the method gives none, as the paper's."""
+        """Covariance (M, 2, 2) of [rho, theta] of each segment; None if the method gives none, as in paper mode."""
         return self._found.covariance
 
     def moved(self, pose: Pose2D) -> "Segments":
-        """The segments in the frame of ``pose``: with the pose of the sensor in the map, the segments in the map."""
+        """Transform the segments by ``pose``: with the sensor's pose in the map, the result is in the map frame."""
         return Segments(self._found.transformed(pose), pose.transform(self._points))
 
     def __len__(self) -> int:
@@ -51,7 +51,7 @@ class Segments:
         return f"Segments({len(self)}, {self.lengths.sum():.2f} m in all)"
 
     def picture(self) -> bytes:
-        """The segments in colours, with their points, as the content of a PNG file."""
+        """Draw the segments in colours, with their points; return the content of a PNG file."""
         from slam.run.pictures.figure_style import png_of
         from slam.run.pictures.scan_picture import scan_figure
 

@@ -1,4 +1,4 @@
-"""Settings of the method as a user gives them."""
+"""Settings of the method in the forms that a caller may pass."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,10 @@ SettingsLike = str | Sequence[str] | SlamConfig
 
 
 def slam_config(settings: SettingsLike) -> SlamConfig:
-    """The settings themselves, or the defaults with these ``slam.key=value`` on top; ScenarioError for a wrong one."""
+    """Return a SlamConfig as it is, or the defaults changed by ``slam.key=value``.
+
+    ScenarioError for a wrong setting.
+    """
     if isinstance(settings, SlamConfig):
         return settings
     if not isinstance(settings, str | Sequence):

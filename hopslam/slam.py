@@ -1,4 +1,4 @@
-"""SLAM for a program of one's own: scans in, pose and walls out."""
+"""SLAM for other programs: scans in, pose and walls out."""
 
 import warnings
 from copy import deepcopy
@@ -31,15 +31,15 @@ class Estimate:
     stamp: float
     """Seconds."""
     pose: Pose2D
-    """The robot in the map: ``x``, ``y`` in metres, ``theta`` in radians."""
+    """Pose of the robot in the map: ``x``, ``y`` in metres, ``theta`` in radians."""
     covariance: FloatArray | None = field(repr=False)
     """Covariance (3, 3) of x, y, theta, map frame; None in paper mode."""
     lost: bool
-    """True where the last scans did not fit the map."""
+    """True if the last scans did not fit the map."""
     loop_closed: bool
-    """True where a loop was closed now: pose and map have changed as a whole."""
+    """True if this scan closed a loop: pose and map have changed as a whole."""
     segments: Segments | None
-    """The line segments of the scan, frame of the sensor; None where ``slam.update_distance`` left the scan out."""
+    """Line segments of the scan, sensor frame; None if ``slam.update_distance`` left the scan out."""
 
 
 class Slam:
@@ -72,8 +72,8 @@ class Slam:
         self._saved = None if saved_map is None else state_of(saved_map, self._config)
         first = Pose2D() if self._saved is None else self._saved.T_map_base
         self._start = first if start is None else checked_start("start", start)
-        self._method: LineSlam | None = None  # from the first scan on, which tells if there is odometry
-        self._way: list[tuple[float, float, float, float]] = []  # stamp and pose with each scan
+        self._method: LineSlam | None = None  # made at the first scan, which shows whether there is odometry
+        self._poses: list[tuple[float, float, float, float]] = []  # stamp and pose at each scan
         self._closer: LoopCloser | None = None
         self._result: Map | None = None
 
@@ -86,29 +86,29 @@ class Slam:
 
     @property
     def walls(self) -> FloatArray:
-        """The map as wall segments: start and end of each, (N, 2, 2), metres, map frame."""
+        """Current map as wall segments: start and end of each, (N, 2, 2), metres, map frame."""
         if self._result is not None:
             return self._result.walls
         return np.empty((0, 2, 2)) if self._method is None else self._method.lines.ends
 
     @property
     def map(self) -> Map:
-        """The map as it is known now, with the poses as they were known on the way; later scans do not change it."""
+        """Copy of the current map, with the pose estimated at each scan; later scans do not change it."""
         if self._result is not None:
             return self._result
         if self._method is None:
             raise InputError("there is no map before the first scan; call update(ranges, angles)")
-        way = np.array(self._way)
+        poses = np.array(self._poses)
         saved = deepcopy(save(self._method))
-        return Map(self.walls, self._method.points.points.copy(), self.pose, way[:, 1:], way[:, 0], saved)
+        return Map(self.walls, self._method.points.points.copy(), self.pose, poses[:, 1:], poses[:, 0], saved)
 
     def update(self, ranges: Any, angles: Any = None, odometry: Any = None, stamp: float | None = None) -> Estimate:
-        """Take the next scan; return what is known after it.
+        """Take the next scan; return the estimate after it.
 
-        ``ranges`` (N,) in metres and ``angles`` (N,) in radians, or a Scan alone. ``odometry`` is x, y, theta of the
-        robot where its wheels were first read, ``stamp`` the time of the first beam in seconds: each with every scan or
-        with none. Without odometry the scans alone tell the motion. InputError names the scan and the argument that is
-        wrong, and leaves everything as it was.
+        The scan is ``ranges`` (N,) in metres with ``angles`` (N,) in radians, or a Scan alone. ``odometry`` is the
+        robot's pose x, y, theta in the frame where its wheels were first read; ``stamp`` is the time of the first beam
+        in seconds. Give each with every scan or with none. Without odometry the motion is estimated from the scans
+        alone. InputError names the scan and the wrong argument, and leaves the state unchanged.
         """
         if self._result is not None:
             raise InputError(
@@ -118,19 +118,19 @@ class Slam:
         method, closer = self._begun(measured)
         found = method.update(scan, moved)
         closer.add(found)
-        self._way.append((found.stamp, *found.T_map_base.as_array().tolist()))
+        self._poses.append((found.stamp, *found.T_map_base.as_array().tolist()))
         segments = None if found.segments is None else Segments(found.segments, scan.points())
         closed = found.closure is not None
         return Estimate(found.stamp, found.T_map_base, found.covariance, found.lost, closed, segments)
 
     def finish(self) -> Map:
-        """There are no more scans: close the last loops, refine all poses and walls together, and return the map.
+        """End the run: close the last loops, refine all poses and walls together, and return the map.
 
-        ``pose``, ``walls`` and ``map`` are those of the closed map from now on. Where the process that searches for
-        loops was lost, the map stays as it was known on the way, and a Python warning says so.
+        ``pose``, ``walls`` and ``map`` are those of the closed map from now on. If the process that searches for loops
+        has died, the map stays as it was before, and a Python warning says so.
         """
         if self._result is None:
-            as_known = self.map  # before the first scan an error
+            as_known = self.map  # InputError before the first scan
             assert self._closer is not None
             closed = self._closer.closed()
             if self._closer.back_end_lost:
@@ -139,18 +139,18 @@ class Slam:
         return self._result
 
     def save(self, folder: str | Path) -> Path:
-        """Write the map as it is known now; see ``Map.save``."""
+        """Write the current map; see ``Map.save``."""
         return self.map.save(folder)
 
     def __repr__(self) -> str:
         pose = self.pose
-        return f"Slam({len(self._way)} scans, at {pose.x:.3f}, {pose.y:.3f} m, {pose.theta:.3f} rad)"
+        return f"Slam({len(self._poses)} scans, at {pose.x:.3f}, {pose.y:.3f} m, {pose.theta:.3f} rad)"
 
     def _repr_png_(self) -> bytes | None:
-        return self.map.picture() if self._way else None
+        return self.map.picture() if self._poses else None
 
     def _begun(self, measured: bool) -> tuple[LineSlam, LoopCloser]:
-        """The method, made at the first scan: with odometry or without."""
+        """Return the method, made at the first scan with odometry or without."""
         if self._method is None or self._closer is None:
             config = self._config if measured else self._config.without_odometry()
             if is_first_run(config):

@@ -12,7 +12,7 @@ from slam.errors import RobotError
 
 @contextmanager
 def _silent_stderr() -> Iterator[None]:
-    """Drop what C code writes to standard error, which Python cannot redirect."""
+    """Suppress what C code writes to standard error, which Python cannot redirect."""
     stderr = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)
@@ -38,7 +38,7 @@ __all__ = ["Bullet", "pybullet"]
 
 
 _idle: list[int] = []
-"""One server that was closed, empty and ready for the next world: a new one costs up to 20 ms, emptying it 0.3."""
+"""A closed server, empty and ready for the next world: a new one costs up to 20 ms, emptying it 0.3 ms."""
 
 
 def _take_server() -> int:
@@ -57,7 +57,7 @@ def _give_back(client: int) -> None:
 
 
 class Bullet:
-    """A physics server in this process. Close it: PyBullet crashes after some 800 that are left open."""
+    """A physics server in this process. Close it: PyBullet crashes after about 800 that are left open."""
 
     def __init__(self) -> None:
         self._client = _take_server()
@@ -78,7 +78,7 @@ class Bullet:
         return self.prepared(function, *args, **kwargs)()
 
     def prepared(self, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Callable[[], Any]:
-        """Bind the same call, to be made often: binding it costs more than making it."""
+        """Return the same call as a function, for frequent use: binding costs more than calling."""
         ready = partial(function, *args, **kwargs, physicsClientId=self._client)
 
         def call() -> Any:

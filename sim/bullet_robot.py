@@ -1,4 +1,4 @@
-"""The robot in a PyBullet world: wheels, walls, people and furniture that meet with forces."""
+"""The robot in a PyBullet world: wheels, walls, people and furniture with contact forces."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from slam.scenario.schema import Scenario
 
 
 class BulletRobot(RobotInWorld):
-    """A PyBullet world of its own, ``rate`` physics steps a second."""
+    """A robot in its own PyBullet world, with ``rate`` physics steps per second."""
 
     def __init__(self, scenario: Scenario, robot: RobotConfig, rate: int) -> None:
         movables = scenario.world.movables()
@@ -86,7 +86,7 @@ class BulletRobot(RobotInWorld):
         return self._furniture.places
 
     def _step(self) -> None:
-        """Let one control step pass, and look at the wheels after it."""
+        """Run one control step, then read the wheels."""
         base, step, near = self._base, self._world.step, self._base.near
         for _ in range(self._steps_per_control):
             step()

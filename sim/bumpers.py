@@ -9,7 +9,7 @@ from slam.compiled import compiled_on_views
 SEGMENTS: Final = 5
 """Number of segments of the front bumper, and of the rear one."""
 SEGMENT_ANGLE: Final = pi / 6.0
-"""Angle of each segment, seen from the middle of the axle; the flanks between front and rear have none. Ours."""
+"""Angle of each segment, seen from the middle of the axle; the flanks between front and rear have none. Our choice."""
 TOUCH: Final = 1e-3
 """Two bodies touch when closer than this, metres; PyBullet lists contacts from 20 mm on."""
 
@@ -18,12 +18,12 @@ Place = tuple[float, float, float]
 
 
 class Contact(NamedTuple):
-    """A place where the body was touched: x and y in the map frame, metres."""
+    """A contact point of the body: x and y in the map frame, metres."""
 
     x: float
     y: float
     pushable: bool
-    """True where it was touched by furniture that can be pushed."""
+    """True for a contact with furniture that can be pushed."""
 
 
 class Bumpers:
@@ -33,7 +33,7 @@ class Bumpers:
         self._forget()
 
     def add(self, contacts: Iterable[Contact], place: Place) -> None:
-        """Note contacts with the base standing at ``place``."""
+        """Add contacts; the base stands at ``place``."""
         for contact in contacts:
             self._collided |= not contact.pushable
             segment = segment_at(contact, place)
@@ -41,7 +41,7 @@ class Bumpers:
                 self._pressed[segment] = True
 
     def read(self) -> tuple[bool, tuple[bool, ...]]:
-        """Collision since the last reading with anything that stands fast, and the segments that anything pressed.
+        """Return whether the robot touched anything fixed since the last reading, and the pressed segments.
 
         Front segments come first, then rear ones, each from the robot's left to its right.
         """
@@ -55,7 +55,7 @@ class Bumpers:
 
 
 def segment_at(contact: Contact, place: Place) -> int | None:
-    """The number of the segment in that direction from the base; None on a flank."""
+    """Return the number of the segment in that direction from the base; None on a flank."""
     x, y, theta = place
     dx, dy = contact.x - x, contact.y - y
     number = bumper_segment(cos(theta) * dx + sin(theta) * dy, cos(theta) * dy - sin(theta) * dx)
@@ -64,9 +64,9 @@ def segment_at(contact: Contact, place: Place) -> int | None:
 
 @compiled_on_views
 def bumper_segment(ahead: float, left: float) -> int:
-    """The number of the segment in the direction of a point in the frame of the base; -1 on a flank."""
+    """Return the number of the segment towards a point in the base frame; -1 on a flank."""
     in_front = ahead > 0.0
-    bearing = atan2(left, abs(ahead))  # from straight ahead or straight back, left positive
+    bearing = atan2(left, abs(ahead))  # from straight ahead or straight back, positive to the left
     number = floor((SEGMENTS * SEGMENT_ANGLE / 2.0 - bearing) / SEGMENT_ANGLE)
     if not 0 <= number < SEGMENTS:
         return -1
@@ -74,5 +74,5 @@ def bumper_segment(ahead: float, left: float) -> int:
 
 
 def segments_of(pressed: int) -> tuple[bool, ...]:
-    """The segments that are pressed, of a number with a bit for each."""
+    """Return for each segment whether its bit is set in ``pressed``."""
     return tuple(bool(pressed >> k & 1) for k in range(2 * SEGMENTS))

@@ -10,47 +10,47 @@ from slam.pose import FloatArray, path_lengths
 from slam.scenario.world_plan import Person
 
 NOWHERE: Final = Person.model_construct(waypoints=((1e6, 1e6),), keep=0.0)
-"""Stands in for people in a world that has fewer than another."""
+"""Stands for a missing person in a world that has fewer than another."""
 
 
 class Crowd(NamedTuple):
-    """P people in each of W worlds; their ways have up to K nodes."""
+    """P people in each of W worlds; their paths have up to K nodes."""
 
     nodes: FloatArray
-    """(W, P, K, 2): the closed way of each."""
+    """(W, P, K, 2): nodes of the closed path of each person."""
     distances: FloatArray
     """(W, P, K): metres from the first node to each."""
     node_counts: NDArray[np.int64]
     """(W, P): number of nodes."""
     habits: FloatArray
-    """(W, P, 5): speed, pause, keep, stance, stride."""
+    """(W, P, 5): speed, pause, keep, stance, stride of each person."""
     starts: FloatArray
     """(W, P): metres walked when a run begins."""
     leg_radii: FloatArray
-    """(W, 2 P): left and right of the first person, then of the next."""
+    """(W, 2 P): radius of the left and right leg of the first person, then of the next."""
 
 
 def crowd_of(worlds: Sequence[Sequence[Person]]) -> Crowd:
-    """Put the people of these worlds into arrays."""
+    """Collect the people of these worlds in arrays."""
     most = max(map(len, worlds))
     filled = [[*persons, *[NOWHERE] * (most - len(persons))] for persons in worlds]
-    ways = [[_closed_way(person) for person in persons] for persons in filled]
-    longest = max((len(way) for row in ways for way in row), default=1)
+    paths = [[_closed_path(person) for person in persons] for persons in filled]
+    longest = max((len(path) for row in paths for path in row), default=1)
     nodes = np.zeros((len(worlds), most, longest, 2))
     distances = np.zeros(nodes.shape[:3])
-    for w, row in enumerate(ways):
-        for p, way in enumerate(row):
-            nodes[w, p, : len(way)] = way
-            distances[w, p, : len(way)] = path_lengths(way)
+    for w, row in enumerate(paths):
+        for p, path in enumerate(row):
+            nodes[w, p, : len(path)] = path
+            distances[w, p, : len(path)] = path_lengths(path)
     people = [[(p.speed, p.pause, p.keep, p.stance, p.stride, p.start, p.leg_radius) for p in row] for row in filled]
     table = np.array(people, np.float64).reshape(len(worlds), most, 7)
-    counts = np.array([[len(way) for way in row] for row in ways], np.int64).reshape(len(worlds), most)
+    counts = np.array([[len(path) for path in row] for row in paths], np.int64).reshape(len(worlds), most)
     habits, starts = np.ascontiguousarray(table[..., :5]), np.ascontiguousarray(table[..., 5])
     return Crowd(nodes, distances, counts, habits, starts, np.repeat(table[..., 6], 2, axis=1))
 
 
-def _closed_way(person: Person) -> FloatArray:
-    """Way-points (K, 2) of a walk that ends where it began; points in a row that are the same count once."""
+def _closed_path(person: Person) -> FloatArray:
+    """Return the nodes (K, 2) of a closed path; equal nodes in a row count once."""
     out = list(person.waypoints)
     back = [out[0]] if person.closed else out[-2::-1]
     points = [*out, *back] if len(out) > 1 else out

@@ -2,10 +2,10 @@
 
 ``base`` is a record of the type BASE, ``model`` one of the type MODEL: sim/records.py.
 
-The stall protection cuts motors that push in vain, and tries them again a little later. ARCOS has two settings for it,
-which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum
-PWM before stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no
-factory values, so the effort and both times are ours.
+The stall protection cuts motors that strain without turning, and tries them again a little later. ARCOS has two
+settings for it, which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum PWM before
+stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no factory
+values, so torque and both times are our choice.
 """
 
 from typing import Any, Final
@@ -15,16 +15,16 @@ from slam.compiled import compiled_in_order
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
 MOTOR_TORQUE: Final = 1.2
-"""N m at a wheel, the most that the firmware lets it push; 25 N for both. The 9 kg robot climbs the 25 % of its data
-sheet with 21 N, and its ramps need 5 N. Tyres on a dry floor hold more than that (``Traction.friction``)."""
+"""N m at a wheel, the most that the firmware allows; 25 N for both. The 9 kg robot needs 21 N for the 25 % slope of its
+data sheet, and 5 N for its ramps. Tyres on a dry floor hold more than that (``Traction.friction``)."""
 DRAG_TORQUE: Final = 0.3
-"""N m with which the gears hold a wheel whose motor is cut. The value is ours."""
+"""N m with which the gears hold a wheel whose motor is cut. Our choice."""
 STALL_TIME: Final = 0.3
-"""Seconds at full torque with standing wheels after which the motors are cut."""
+"""Seconds at full torque with a wheel at rest after which the motors are cut."""
 RECOVERY_TIME: Final = 0.3
-"""Seconds for which they stay cut."""
+"""Seconds for which the motors stay cut."""
 STANDING: Final = 0.02
-"""Rim speed up to which a wheel counts as standing, m/s."""
+"""Rim speed up to which a wheel counts as at rest, m/s."""
 
 
 @compiled_in_order
@@ -69,9 +69,9 @@ def set_velocity(base: Any, v: float, omega: float) -> bool:
 
 @compiled_in_order
 def ramped(speed: float, target: float, rise: float, fall: float) -> float:
-    """Speed one control step later: it grows by at most ``rise`` and shrinks by at most ``fall``.
+    """Return the speed one control step later: it grows by at most ``rise`` and shrinks by at most ``fall``.
 
-    A reversal goes through zero: it falls first and rises afterwards.
+    A reversal passes through zero: the speed falls first and rises afterwards.
     """
     if speed * target < 0.0:
         target = 0.0

@@ -15,17 +15,17 @@ from slam.scenario.solids import SILL, Prism
 SLIDING: Final = 0.3
 """Friction of furniture on the floor; wood or felt has 0.2 to 0.5."""
 BODY, FOOTING = -1, 0
-"""Numbers of the two links: what walls and the robot meet, and what the floor carries."""
+"""Numbers of the two links: the body that walls and the robot collide with, and the one that stands on the floor."""
 FEET: Final = 4
-"""Feet of a piece; each carries the same load, because all sink in by the same length."""
+"""Feet of a piece; each carries the same load, because all sink in equally."""
 FOOT: Final = 0.01
 """Radius of a foot, a ball, metres."""
 SINKING: Final = 1e-4
-"""Length by which feet sink into the floor under the weight, metres."""
+"""Metres by which the feet sink into the floor under the weight."""
 UPRIGHT: Final = 1e9
 """Inertia of furniture about its horizontal axes, kg m^2; so large that it does not tip over."""
 ARM_CELLS: Final = 16
-"""Cells along an edge of a footprint, and from its middle to the edge: the arm of a square is right within 0.1 %."""
+"""Cells along an edge of a footprint, and from its middle to the edge: the arm of a square is exact within 0.1 %."""
 
 
 class Furniture:
@@ -55,8 +55,9 @@ class Furniture:
 def add_movable(world: World, thing: Movable) -> int:
     """Add a body that slides on the floor and that rays pass through; its frame is that of the thing.
 
-    It stands on four soft feet that resist sliding and turning as its whole footprint does. Hard contacts of a thing
-    that cannot tip share its weight at random: often one carries all of it, and the thing turns freely about that one.
+    It stands on four soft feet that resist sliding and turning as its whole footprint does. Hard contacts of a body
+    that cannot tip share its weight at random: often one contact carries all of it, and the body turns freely about
+    that one.
     """
     length, width = np.ptp(np.concatenate([prism.footprint for prism in thing.prisms]), axis=0).tolist()
     (x, y), theta = thing.T_map_thing.translation, thing.T_map_thing.theta
@@ -68,9 +69,9 @@ def add_movable(world: World, thing: Movable) -> int:
         baseOrientation=(0.0, 0.0, sin(theta / 2.0), cos(theta / 2.0)),
         **_fixed_link(_compound(world, _feet(length, width, friction_arm(thing.prisms)))),
     )
-    inertia = UPRIGHT, UPRIGHT, thing.mass * (length**2 + width**2) / 12.0  # of the box around it
+    inertia = UPRIGHT, UPRIGHT, thing.mass * (length**2 + width**2) / 12.0  # middle of the bounding box
     stiffness = thing.mass * GRAVITY / (FEET * SINKING)
-    damping = sqrt(stiffness * thing.mass)  # critical for a quarter of the mass
+    damping = sqrt(stiffness * thing.mass)  # critical damping for a quarter of the mass
     met = WALLS | SILLS | MOVABLE | (ROBOT if max(prism.top for prism in thing.prisms) > SILL else 0)
     for part, meets, dynamics in (
         (BODY, met, {"localInertiaDiagonal": inertia}),
@@ -83,13 +84,13 @@ def add_movable(world: World, thing: Movable) -> int:
 
 
 def _compound(world: World, parts: Sequence[dict[str, Any]]) -> Any:
-    """One shape of several parts."""
+    """One shape made of several parts."""
     arguments = {name: [part[name] for part in parts] for name in parts[0]}
     return world.bullet.call(pybullet.createCollisionShapeArray, **arguments)
 
 
 def _fixed_link(shape: int) -> dict[str, Any]:
-    """Arguments by which PyBullet adds a massless part, which collides with other things than the base does."""
+    """Return the PyBullet arguments of a massless part, which collides with other things than the base does."""
     origin, upright = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
     return {
         "linkMasses": [0.0],
@@ -106,7 +107,7 @@ def _fixed_link(shape: int) -> dict[str, Any]:
 
 
 def _feet(length: float, width: float, arm: float) -> list[dict[str, Any]]:
-    """Four balls on the diagonals of the outline, ``arm`` metres from its middle."""
+    """Return four balls on the diagonals of the outline, ``arm`` metres from its middle."""
     x, y = arm * length / hypot(length, width), arm * width / hypot(length, width)
     return [
         {"shapeTypes": pybullet.GEOM_SPHERE, "radii": FOOT, "collisionFramePositions": (sx * x, sy * y, FOOT)}
@@ -115,7 +116,7 @@ def _feet(length: float, width: float, arm: float) -> list[dict[str, Any]]:
 
 
 def _part(prism: Prism) -> dict[str, Any]:
-    """Arguments by which PyBullet makes a part of a thing: a box along the axes of its frame, or a cylinder."""
+    """Return the PyBullet arguments of a part: a box along the axes of its frame, or a cylinder."""
     middle, height = prism.footprint.mean(axis=0), prism.top - prism.bottom
     length, width = np.ptp(prism.footprint, axis=0)
     return {
@@ -128,10 +129,10 @@ def _part(prism: Prism) -> dict[str, Any]:
 
 
 def friction_arm(prisms: Sequence[Prism]) -> float:
-    """Mean distance, metres, of the area that stands on the floor from the origin.
+    """Return the mean distance of the footprint from the origin, metres.
 
-    Times the friction of sliding, it is the moment that resists turning about the origin, for pressure that is the same
-    everywhere: 2 R / 3 for a disc, L / 4 for a thin rod.
+    Times the sliding friction, it is the moment that resists turning about the origin under uniform pressure: 2 R / 3
+    for a disc, L / 4 for a thin rod.
     """
     bottom = min(prism.bottom for prism in prisms)
     moments = np.sum([_moments(prism.footprint) for prism in prisms if prism.bottom == bottom], axis=0)
@@ -139,9 +140,9 @@ def friction_arm(prisms: Sequence[Prism]) -> float:
 
 
 def _moments(footprint: FloatArray) -> FloatArray:
-    """Area of a convex polygon (N, 2), and the integral over it of the distance from the origin.
+    """Return the area of a convex polygon (N, 2), and the integral over it of the distance from the origin.
 
-    It is summed over triangles between its middle and its edges, each cut into ARM_CELLS x ARM_CELLS cells.
+    The sum is over triangles between the middle and the edges, each cut into ARM_CELLS x ARM_CELLS cells.
     """
     shares = (np.arange(ARM_CELLS) + 0.5) / ARM_CELLS
     middle = footprint.mean(axis=0)

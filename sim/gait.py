@@ -10,12 +10,12 @@ from slam.compiled import compiled
 from slam.pose import FloatArray
 
 LEG_HEIGHT: Final = 0.85
-"""Metres: above, a person is nothing that a lidar sees or a robot meets."""
+"""Height, metres; above it a person has nothing that a lidar sees or a robot hits."""
 
 
 @compiled
 def point_on(nodes: FloatArray, distances: FloatArray, walked: float) -> tuple[float, float, float, float]:
-    """Point on a closed way after ``walked`` metres (x, y), and the direction there (unit x, y).
+    """Return the point on a closed path after ``walked`` metres (x, y), and the direction there (unit x, y).
 
     ``nodes`` (K, 2) begins and ends with the same point; ``distances`` (K,) are the metres to each, from 0.
     """
@@ -31,11 +31,10 @@ def point_on(nodes: FloatArray, distances: FloatArray, walked: float) -> tuple[f
 
 @compiled
 def legs_at(nodes: FloatArray, distances: FloatArray, walked: float, stance: float, stride: float) -> FloatArray:
-    """Middles of the left and the right leg, (2, 2), of somebody who has walked so far.
+    """Return the middles of the left and the right leg, (2, 2), of a person after ``walked`` metres.
 
-    In every stride one foot stands half a stride ahead of where the stride began, at its side of the way; the other
-    swings to the place of its next stand, straight, starting and landing gently. No leg ever jumps, not at a corner of
-    the way either.
+    In every stride one foot stands half a stride ahead of the start of the stride, on its side of the path; the other
+    swings straight to its next stand, with a smooth start and end. No leg ever jumps, not even at a corner of the path.
     """
     legs = np.empty((2, 2))
     begun = floor(walked / stride) if distances[-1] > 0.0 else 0
@@ -43,7 +42,7 @@ def legs_at(nodes: FloatArray, distances: FloatArray, walked: float, stance: flo
     swung = share * share * (3.0 - 2.0 * share)
     for leg in range(2):
         side = stance / 2.0 if leg == 0 else -stance / 2.0
-        if (begun + leg) % 2 == 0:  # it stands
+        if (begun + leg) % 2 == 0:  # this foot stands
             x, y, ux, uy = point_on(nodes, distances, (begun + 0.5) * stride)
             legs[leg, 0], legs[leg, 1] = x - side * uy, y + side * ux
         else:
@@ -59,9 +58,9 @@ def walk(
     nodes: FloatArray, distances: FloatArray, walked: float, rest: float,
     speed: float, pause: float, keep: float, robot: tuple[float, float], seconds: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """Metres walked and seconds of rest left, ``seconds`` later.
+    """Return the metres walked and the remaining rest, ``seconds`` later.
 
-    A person rests ``pause`` seconds at each node, and takes no step while the robot is ahead, nearer than ``keep``.
+    A person rests ``pause`` seconds at each node, and takes no step while the robot is ahead and nearer than ``keep``.
     """
     if rest > 0.0:
         return walked, max(rest - seconds, 0.0)
@@ -82,18 +81,18 @@ def walk_all(
     nodes: FloatArray, distances: FloatArray, node_counts: NDArray[np.int64], habits: FloatArray, state: FloatArray,
     robot: tuple[float, float], seconds: float, positions: FloatArray, legs: FloatArray,
 ) -> None:  # fmt: skip
-    """Let ``seconds`` pass for P people, and write where they are.
+    """Move P people for ``seconds``, and write their positions.
 
-    Their ways are rows of ``nodes`` (P, K, 2) and ``distances`` (P, K), as long as ``node_counts`` (P,) says;
-    ``habits`` (P, 5) are speed, pause, keep, stance, stride; ``state`` (P, 2) is what was walked and the rest left.
-    Written are that, ``positions`` (P, 2) and ``legs`` (P, 2, 2).
+    Their paths are rows of ``nodes`` (P, K, 2) and ``distances`` (P, K), as long as ``node_counts`` (P,) says;
+    ``habits`` (P, 5) are speed, pause, keep, stance, stride; ``state`` (P, 2) is the metres walked and the remaining
+    rest. The function writes ``state``, ``positions`` (P, 2) and ``legs`` (P, 2, 2).
     """
     for p in range(len(state)):
-        way, at = nodes[p, : node_counts[p]], distances[p, : node_counts[p]]
+        path, at = nodes[p, : node_counts[p]], distances[p, : node_counts[p]]
         speed, pause, keep, stance, stride = habits[p]
         if seconds > 0.0:
             state[p, 0], state[p, 1] = walk(
-                way, at, state[p, 0], state[p, 1], speed, pause, keep, robot, seconds
+                path, at, state[p, 0], state[p, 1], speed, pause, keep, robot, seconds
             )  # fmt: skip
-        positions[p, 0], positions[p, 1], _, _ = point_on(way, at, state[p, 0])
-        legs[p] = legs_at(way, at, state[p, 0], stance, stride)
+        positions[p, 0], positions[p, 1], _, _ = point_on(path, at, state[p, 0])
+        legs[p] = legs_at(path, at, state[p, 0], stance, stride)

@@ -19,9 +19,9 @@ from slam.scenario.lidar_config import LidarConfig
 
 
 class SimulatedLidar:
-    """Takes the beams of a scan one after another, or all at once, in a plane ``config.height`` metres up.
+    """Measures the beams of a scan one after another, or all at once, in a plane ``config.height`` metres up.
 
-    ``leg_radii`` (L,) are those of the people who may stand in the way, metres; ``movables`` is furniture that may.
+    ``leg_radii`` (L,) are the radii of the legs of people, metres; ``movables`` is the furniture that can move.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class SimulatedLidar:
         self._beams = _beams_at(self._bearings)
         self._leg_radii = np.empty(0) if leg_radii is None or config.height > LEG_HEIGHT else leg_radii
         self._outlines = MovingOutlines(movables, config.height)
-        self._reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
+        self._reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may shorten it
         self.caster: RayCaster = surroundings.caster(config.caster, config.height, self._reach)
 
     def scan(self, motion: ScanMotion, stamp: float, rng: np.random.Generator) -> LaserScan:
@@ -65,7 +65,7 @@ class SimulatedLidar:
     def _turn(self, rng: np.random.Generator) -> Lidar:
         """Return the fan of the next turn of a motor that does not hold its speed.
 
-        Its beams begin anywhere in the first step, and vary in number.
+        Its first beam lies anywhere in the first step; the number of beams varies if the motor does not hold its speed.
         """
         nominal, vary = self._lidar, self._beams_vary
         beams = nominal.beams + int(rng.integers(-vary, vary + 1))
@@ -75,16 +75,16 @@ class SimulatedLidar:
     def measure_beams(
         self, bearings: FloatArray, motion: ScanMotion, increment: float, time: float, rng: np.random.Generator
     ) -> FloatArray:
-        """Take single beams at ``bearings`` (N,) of the lidar's own frame, ``increment`` seconds apart, with noise.
+        """Measure single beams at ``bearings`` (N,) of the lidar's own frame, ``increment`` seconds apart, with noise.
 
-        ``motion`` is what moved meanwhile, and ``time`` seconds have passed.
+        ``motion`` is the motion during the scan, and ``time`` the seconds since the start.
         """
         bearings = self._config.mount.theta + bearings
         ranges = self._cast(motion, bearings, _beams_at(bearings), increment)
         return measure(ranges, time, self._config, rng)
 
     def true_ranges(self, motion: ScanMotion) -> FloatArray:
-        """Distance along each beam to what stands there, metres, shape (beams,); inf where nothing is in reach."""
+        """Return the distance along each beam to the first surface, metres, (beams,); inf if nothing is in range."""
         return self._cast(motion, self._bearings, self._beams, self._increment)
 
     def _cast(self, motion: ScanMotion, bearings: FloatArray, beams: FloatArray, increment: float) -> FloatArray:
@@ -100,5 +100,5 @@ class SimulatedLidar:
 
 
 def _beams_at(bearings: FloatArray) -> FloatArray:
-    """Unit vectors (2, N), row by row."""
+    """Return unit vectors (2, N), row by row."""
     return np.ascontiguousarray(unit_vectors(bearings).T)

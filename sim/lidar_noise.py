@@ -12,9 +12,9 @@ from slam.scenario.lidar_config import LidarConfig, NoiseName
 
 
 def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator) -> FloatArray:
-    """Readings for these true ranges (N,), metres, inf where nothing stands, ``time`` seconds after the start.
+    """Turn true ranges (N,), metres, inf without an obstacle, into readings, ``time`` seconds after the start.
 
-    Any call with the same number of beams and the same ``noise`` draws as many random numbers.
+    Calls with the same number of beams and the same ``noise`` draw the same number of random numbers.
     """
     readings, model = np.array(ranges, np.float64), config.description
     normal, uniform = rng.standard_normal(len(ranges)), rng.random(len(ranges))
@@ -49,14 +49,17 @@ def _realistic(
 
 
 Noise = Callable[[FloatArray, FloatArray, float, LidarConfig, np.random.Generator], None]
-"""Disturbs true ranges (N,) in place, by N normal random numbers, the time and the lidar; it may draw more numbers."""
+"""Function that adds noise to true ranges (N,) in place, from N normal random numbers, the time and the lidar.
+
+It may draw more random numbers.
+"""
 NOISES: Final[dict[NoiseName, Noise]] = {
     "paper": _table_1,
     "datasheet": _data_sheet,
     "realistic": _realistic,
     "none": lambda *_: None,
 }
-"""Every noise by its name in the scenario."""
+"""Every kind of noise by its name in the scenario."""
 
 
 @compiled_on_views
@@ -69,7 +72,7 @@ def add_bounded_noise(ranges: FloatArray, near: float, near_range: float, far: f
 
 @compiled_in_order
 def quantise_to_micrometres(ranges: FloatArray, range_min: float, range_max: float, resolution: float) -> None:
-    """Quantise ranges (N,) in place, in whole micrometres, which logs keep to the bit."""
+    """Quantise ranges (N,) in place, in whole micrometres, which logs keep exactly."""
     quantise(ranges, range_min, range_max, resolution)
     for j in range(len(ranges)):
         ranges[j] = np.rint(ranges[j] * 1e6) / 1e6
@@ -79,7 +82,7 @@ def quantise_to_micrometres(ranges: FloatArray, range_min: float, range_max: flo
 def quantise(ranges: FloatArray, range_min: float, range_max: float, resolution: float) -> None:
     """Round ranges (N,) in place to the nearest step from ``range_min``.
 
-    Beyond the reach they are inf, closer than ``range_min`` -inf (REP-117).
+    Ranges above ``range_max`` become inf, below ``range_min`` -inf (REP-117).
     """
     last = np.rint((range_max - range_min) / resolution)
     for j in range(len(ranges)):

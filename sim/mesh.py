@@ -1,4 +1,4 @@
-"""One triangle mesh of the prisms of a world plan, and the lists of it that PyBullet takes."""
+"""One triangle mesh of the prisms of a world plan, and its lists for PyBullet."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,10 @@ class Mesh:
 
 
 def _prism_triangles(corners: int) -> NDArray[np.int64]:
-    """Triangles (4 N - 4, 3) of a prism over N corners; vertices 0 to N - 1 are its bottom, N to 2 N - 1 its top."""
+    """Return the triangles (4 N - 4, 3) of a prism over N corners.
+
+    Vertices 0 to N - 1 are its bottom, N to 2 N - 1 its top.
+    """
     here = np.arange(corners)
     there = (here + 1) % corners
     sides = np.column_stack([here, there, there + corners, here, there + corners, here + corners]).reshape(-1, 3)
@@ -29,13 +32,13 @@ def _prism_triangles(corners: int) -> NDArray[np.int64]:
 
 
 def _prism_vertices(prism: Prism) -> FloatArray:
-    """Vertices (2 N, 3), the bottom ring first."""
+    """Return the vertices (2 N, 3), the bottom ring first."""
     bottom, top = (np.insert(prism.footprint, 2, z, axis=1) for z in (prism.bottom, prism.top))
     return np.concatenate([bottom, top])
 
 
 def extrude(prisms: Sequence[Prism]) -> Mesh:
-    """One mesh of all these solids; each keeps its own closed surface, also where two overlap."""
+    """Join all these solids in one mesh; each keeps its own closed surface, even if two overlap."""
     vertices = [_prism_vertices(prism) for prism in prisms]
     first = np.cumsum([0, *map(len, vertices)])
     triangles = [_prism_triangles(len(ring) // 2) + start for ring, start in zip(vertices, first, strict=False)]
@@ -47,12 +50,12 @@ def extrude(prisms: Sequence[Prism]) -> Mesh:
 
 _rows: list[list[float]] = []
 _numbers: list[int] = []
-"""PyBullet 3.2.7 never frees the rows and numbers that a collision shape is made from, 0.1 MB for a corridor with 40
-boxes. Given the same ones again and again, it keeps them once."""
+"""PyBullet 3.2.7 never frees the lists that a collision shape is made from, 0.1 MB for a corridor with 40 boxes. If it
+gets the same lists again, it keeps them only once."""
 
 
 def reused_lists(mesh: Mesh) -> tuple[list[list[float]], list[int]]:
-    """Vertices and indices in lists that the next call overwrites."""
+    """Return vertices and indices in lists that the next call overwrites."""
     missing = len(mesh.vertices) - len(_rows)
     _rows.extend([] for _ in range(missing))
     _numbers.extend(islice(count(len(_numbers)), max(missing, 0)))

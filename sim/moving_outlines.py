@@ -16,10 +16,11 @@ from slam.scenario.solids import outlines_at
 def stop_at_outlines(
     rays: FloatArray, ranges: FloatArray, places: FloatArray, segments: FloatArray, steps: float
 ) -> None:
-    """Shorten ``ranges`` (N,) of ``rays`` (5, N) where a segment of a moving outline stands in the way.
+    """Shorten ``ranges`` (N,) of ``rays`` (5, N) where a segment of a moving outline is nearer.
 
-    ``places`` (C, M, 3) are x, y and theta of the outlines' frames; from one beam to the next, ``steps`` rows pass.
-    ``segments`` (K, 5) are the number of a frame, and in it x, y of one end and from there to the other.
+    ``places`` (C, M, 3) are x, y and theta of the outlines' frames at C times; from one beam to the next the time
+    advances by ``steps`` rows. ``segments`` (K, 5) are the number of a frame, and in it x, y of one end and the vector
+    to the other.
     """
     last = len(places) - 1
     for j in range(len(ranges)):
@@ -56,16 +57,17 @@ class MovingOutlines:
             for outline in outlines_at(thing.prisms, height)
         ]
         self._segments = np.concatenate([np.empty((0, 5)), *ends])
-        """(K, 5): the number of the thing; x, y of one end in its frame, and from there to the other."""
+        """(K, 5): number of the thing; x, y of one end in its frame, and the vector to the other."""
 
     def __len__(self) -> int:
         """Number of their edges."""
         return len(self._segments)
 
     def stop(self, rays: FloatArray, ranges: FloatArray, places: FloatArray, steps: float) -> None:
-        """Shorten ``ranges`` (N,) in place where an outline stands in the way of one of the ``rays`` (5, N).
+        """Shorten ``ranges`` (N,) in place where an outline is nearer along one of the ``rays`` (5, N).
 
-        ``places`` (C, M, 3) are x, y and theta of the things; from one ray to the next, ``steps`` rows pass.
+        ``places`` (C, M, 3) are x, y and theta of the things at C times; from one ray to the next the time advances by
+        ``steps`` rows.
         """
         if len(self._segments):
             stop_at_outlines(rays, ranges, places, self._segments, steps)

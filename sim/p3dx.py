@@ -17,9 +17,10 @@ from slam.scenario.robot_config import RobotConfig
 
 
 class P3dx:
-    """The base in the engine; call ``control`` before every control step and ``look`` after it.
+    """The base in the engine.
 
-    Frames: base_link lies on the floor under the axle's middle.
+    Call ``control`` before every control step, ``control_rate`` times a second. Frames: base_link lies on the floor
+    under the axle's middle.
     """
 
     def __init__(self, world: World, config: RobotConfig) -> None:
@@ -35,7 +36,7 @@ class P3dx:
         self._find_joints = world.bullet.prepared(pybullet.getJointStates, self._body, self._wheels)
         self._find_base = world.bullet.prepared(pybullet.getBasePositionAndOrientation, self._body)
         self._rolling = [0.0, 0.0]  # rad/s, of the simulated wheels
-        self._torques = [0.0, 0.0]  # N m, at most
+        self._torques = [0.0, 0.0]  # N m, the largest
         self._set_motors = world.bullet.prepared(
             pybullet.setJointMotorControlArray,
             self._body,
@@ -53,14 +54,14 @@ class P3dx:
     def park_far_away(self) -> None:
         """Move far from everything.
 
-        The engine then forgets what the robot was near, which ``World.restore`` does not undo, and in whose order
-        contacts are solved.
+        The engine then forgets the robot's neighbours, which ``World.restore`` does not undo, and which decide the
+        order in which contacts are solved.
         """
         self._world.park_far_away(self._body, 0)
         self._world.bullet.call(pybullet.performCollisionDetection)
 
     def restart(self, rng: np.random.Generator) -> None:
-        """Stand still without a command, in a world that is back at its start; ``rng`` draws the wheels' errors."""
+        """Stop, without a command, for a world that was restored to its start; ``rng`` draws wheel errors."""
         self._rng = rng
         self.controller.restart()
         self._run_motors()
@@ -71,12 +72,12 @@ class P3dx:
             self._run_motors()
 
     def set_velocity(self, setpoint: Twist2D) -> None:
-        """Turn the wheels at this speed from now on: for a firmware with limits, ramps and a watchdog of its own."""
+        """Turn the wheels at this speed from now on, for a firmware with its own limits, ramps and watchdog."""
         if self.controller.set_velocity(setpoint):
             self._run_motors()
 
     def look(self) -> None:
-        """Let the controller look at the wheels, which may have stalled; after every control step."""
+        """Let the controller read the wheels, which may have stalled; called after each control step."""
         left, right = self._find_joints()
         if len(self._noise):
             self._rng.standard_normal(out=self._noise)
@@ -85,17 +86,17 @@ class P3dx:
 
     @property
     def place(self) -> tuple[float, float, float]:
-        """The truth, ``T_map_base``, as x, y, theta; theta in [-pi, pi]."""
+        """True pose ``T_map_base`` as x, y, theta; theta in [-pi, pi]."""
         (px, py, _), (qx, qy, qz, qw) = self._find_base()
         xx, xy = 1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy + qz * qw)  # the base's x axis in the map
-        zx, zy = 2.0 * (qx * qz + qy * qw), 2.0 * (qy * qz - qx * qw)  # and its z axis
+        zx, zy = 2.0 * (qx * qz + qy * qw), 2.0 * (qy * qz - qx * qw)  # the base's z axis in the map
         x = px - self._com_x * xx - self._com_z * zx  # PyBullet's position is the centre of mass, which has y = 0
         y = py - self._com_x * xy - self._com_z * zy
         return x, y, atan2(xy, xx)
 
     @property
     def pose(self) -> Pose2D:
-        """The truth, ``T_map_base``."""
+        """True pose ``T_map_base``."""
         return Pose2D(*self.place)
 
     def contacts(self, near: Iterable[Any]) -> list[Contact]:
@@ -116,7 +117,7 @@ class P3dx:
             str(asset(P3DX_URDF)),
             [start.x, start.y, 0.0],
             [0.0, 0.0, sin(start.theta / 2.0), cos(start.theta / 2.0)],
-            flags=pybullet.URDF_USE_INERTIA_FROM_FILE,  # else it is computed anew from the collision shapes
+            flags=pybullet.URDF_USE_INERTIA_FROM_FILE,  # otherwise it is recomputed from the collision shapes
         )
         return body
 

@@ -12,11 +12,11 @@ from slam.pose import FloatArray
 from slam.scenario.world_plan import Person
 
 NEAR: Final = 1.5
-"""Within this distance of the robot, metres, the legs of a person are in the physics, where they can be run into."""
+"""Distance to the robot, metres, within which the legs of a person are in the physics and can be hit."""
 
 
 class People:
-    """Walk when told how much time passed; their legs are upright cylinders that nothing can push."""
+    """People who walk along their paths; their legs are upright cylinders that nothing can push."""
 
     def __init__(self, world: World, persons: Sequence[Person]) -> None:
         self._world = world
@@ -32,7 +32,7 @@ class People:
         return len(self._persons)
 
     def restart(self) -> None:
-        """Put each of them back at their start."""
+        """Return all people to their start."""
         self._state = np.column_stack([self._starts, np.zeros(len(self._persons))])
         self.positions = np.zeros((len(self._persons), 2))
         self._legs = np.zeros((len(self._persons), 2, 2))
@@ -48,7 +48,7 @@ class People:
 
     @property
     def legs(self) -> FloatArray:
-        """Middles of all legs now, (2 P, 2): left and right of the first person, then of the next."""
+        """Middles of all legs, (2 P, 2): left and right of the first person, then of the next."""
         return self._legs.reshape(-1, 2).copy()
 
     def _walk(self, robot: tuple[float, float], seconds: float) -> None:

@@ -41,22 +41,22 @@ class SimPlant:
 
     @property
     def T_map_base(self) -> Pose2D:
-        """The truth."""
+        """True pose of the base in the map frame."""
         return self._body.pose
 
     @property
     def elapsed(self) -> float:
-        """Seconds that have passed."""
+        """Seconds since the start."""
         return self._body.time
 
     @property
     def odometry(self) -> Pose2D:
-        """``T_odom_base`` from the wheels, in the frame where the base was put down."""
+        """``T_odom_base`` from the wheels, in the frame of the start."""
         return self._body.odometry
 
     @property
     def travel(self) -> tuple[float, float]:
-        """Metres that the left and the right wheel have rolled, as the encoders say."""
+        """Metres that the left and the right wheel have rolled, by the encoders."""
         return self._left, self._right
 
     @property
@@ -75,8 +75,8 @@ class SimPlant:
     def ranges(self, bearings: FloatArray, ahead: float = 0.0, increment: float = 0.0) -> FloatArray:
         """Ranges that the lidar reports along these directions (N,) of its own frame, with its noise.
 
-        The first beam fires ``ahead`` seconds from now, the others ``increment`` seconds after one another; the base
-        moves at the speed of now.
+        The first beam fires ``ahead`` seconds from now, the others ``increment`` seconds apart; the base keeps its
+        present speed.
         """
         seconds = len(bearings) * increment
         sweep = self._sweep([self._place(ahead), self._place(ahead + seconds)], seconds or 1.0)
@@ -91,7 +91,7 @@ class SimPlant:
         return self._body.read_sonar()
 
     def _compile(self, seed: int) -> None:
-        """Do all of it once: later, real time does not wait for the compiler."""
+        """Call every compiled function once, so that the emulator never waits for the compiler."""
         self._body.restart(seed)
         self._body.roll(Twist2D(), 1)
         self._body.mean_twist()
@@ -99,10 +99,10 @@ class SimPlant:
         self._body.lidar.measure_beams(np.zeros(1), still, 0.0, 0.0, np.random.default_rng(0))
 
     def _sweep(self, path: Sequence[Pose2D], seconds: float) -> ScanMotion:
-        """Sweep from one place of the base to another, with all else where it is now."""
+        """Return the motion from one pose of the base to another, with everything else at its present position."""
         people, things = np.array([self._body.legs] * 2), np.array([self._body.furniture] * 2)
         return ScanMotion(stack_poses(path), people, seconds, things)
 
     def _place(self, ahead: float = 0.0) -> Pose2D:
-        """Predict the pose of the base so many seconds ahead, at its present speed."""
+        """Predict the pose of the base ``ahead`` seconds later, at its present speed."""
         return self._body.pose @ self._body.twist.motion(ahead)

@@ -1,7 +1,7 @@
 """Random numbers for compiled code: a stream is one 64-bit number, and each robot has its own.
 
-The k-th number depends on where the stream began and on k alone: splitmix64 (Steele, Lea and Flood, 2014). Normal
-numbers come by the ziggurat of Marsaglia and Tsang (2000) with 256 layers.
+The k-th number depends only on the start of the stream and on k: splitmix64 (Steele, Lea and Flood, 2014). Normal
+numbers are made by the ziggurat of Marsaglia and Tsang (2000) with 256 layers.
 """
 
 from math import erfc, exp, log, pi, sqrt
@@ -17,11 +17,11 @@ MIX_1: Final = np.uint64(0xBF58476D1CE4E5B9)
 MIX_2: Final = np.uint64(0x94D049BB133111EB)
 UNIT: Final = 2.0**-53
 TAIL: Final = 3.6541528853610088
-"""End of the lowest of 256 layers of equal area."""
+"""Right end of the lowest of 256 layers of equal area."""
 
 
 def _layers() -> FloatArray:
-    """Widths of the layers, from the one with the tail up, (257,); 0 at the top."""
+    """Widths of the layers, starting with that of the tail, (257,); 0 at the top."""
     area = TAIL * exp(-0.5 * TAIL * TAIL) + sqrt(pi / 2.0) * erfc(TAIL / sqrt(2.0))
     widths = [area / exp(-0.5 * TAIL * TAIL), TAIL]
     while len(widths) < 256:
@@ -35,7 +35,7 @@ HEIGHTS: Final = np.exp(-0.5 * WIDTHS**2)
 
 @compiled_on_views
 def mixed(counter: np.uint64) -> np.uint64:
-    """The 64 random bits of this place in the sequence of all streams."""
+    """Return the 64 random bits at this position in the sequence of all streams."""
     z = counter
     z = (z ^ (z >> np.uint64(30))) * MIX_1
     z = (z ^ (z >> np.uint64(27))) * MIX_2
@@ -44,19 +44,19 @@ def mixed(counter: np.uint64) -> np.uint64:
 
 @compiled_on_views
 def _share(bits: np.uint64) -> float:
-    """A number in [0, 1), from the upper 53 bits."""
+    """Return a number in [0, 1), from the upper 53 bits."""
     return float(np.int64(bits >> np.uint64(11)) * UNIT)
 
 
 @compiled_on_views
 def stream_of(seed: int) -> np.uint64:
-    """Beginning of the stream of this seed."""
+    """Return the first position of the stream of this seed."""
     return mixed(mixed(np.uint64(seed) * GOLDEN + GOLDEN) ^ MIX_1)
 
 
 @compiled_on_views
 def fill_uniform(stream: np.uint64, numbers: FloatArray) -> np.uint64:
-    """Fill with uniform numbers in [0, 1), and return the stream behind them."""
+    """Fill an array with uniform numbers in [0, 1), and return the next position in the stream."""
     for k in range(len(numbers)):
         numbers[k] = _share(mixed(stream + GOLDEN * np.uint64(k + 1)))
     return stream + GOLDEN * np.uint64(len(numbers))
@@ -64,7 +64,7 @@ def fill_uniform(stream: np.uint64, numbers: FloatArray) -> np.uint64:
 
 @compiled_on_views
 def fill_normal(stream: np.uint64, numbers: FloatArray) -> np.uint64:
-    """Fill with standard normal numbers, and return the stream behind them."""
+    """Fill an array with standard normal numbers, and return the next position in the stream."""
     for k in range(len(numbers)):
         numbers[k], stream = next_normal(stream)
     return stream
@@ -72,7 +72,7 @@ def fill_normal(stream: np.uint64, numbers: FloatArray) -> np.uint64:
 
 @compiled_on_views
 def next_normal(stream: np.uint64) -> tuple[float, np.uint64]:
-    """Return the next standard normal number, and the stream behind it."""
+    """Return a standard normal number, and the next position in the stream."""
     while True:
         stream += GOLDEN
         bits = mixed(stream)
@@ -90,7 +90,7 @@ def next_normal(stream: np.uint64) -> tuple[float, np.uint64]:
 
 @compiled_on_views
 def _tail(side: float, stream: np.uint64) -> tuple[float, np.uint64]:
-    """Return a number beyond TAIL, on this side of 0, and the stream behind it (Marsaglia, 1964)."""
+    """Return a number beyond TAIL, on this side of 0, and the next position in the stream (Marsaglia, 1964)."""
     while True:
         x = -log(1.0 - _share(mixed(stream + GOLDEN))) / TAIL
         y = -log(1.0 - _share(mixed(stream + GOLDEN + GOLDEN)))
@@ -101,6 +101,6 @@ def _tail(side: float, stream: np.uint64) -> tuple[float, np.uint64]:
 
 @compiled_on_views
 def normal(owner: Any) -> float:
-    """The next standard normal number of a record with the field ``stream``."""
+    """Draw a standard normal number from the field ``stream`` of a record."""
     number, owner.stream = next_normal(owner.stream)
     return number

@@ -1,4 +1,4 @@
-"""Ray casters, which the lidar and the sonar ask for the ranges of their rays."""
+"""Ray casters, which return the ranges of rays to the lidar and the sonar."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -16,20 +16,20 @@ class RayCaster(Protocol):
     """Rays (5, N) as in ``sim/rays.py``, all at one height."""
 
     def cast(self, rays: FloatArray) -> FloatArray:
-        """Metres to the nearest surface along each, (N,); inf where none is in reach."""
+        """Return the metres to the nearest surface along each ray, (N,); inf if none is in range."""
         ...
 
 
 class Surroundings(Protocol):
-    """The walls and things around the sensors."""
+    """Walls and things around the sensors."""
 
     def caster(self, name: CasterName, height: float, reach: float) -> RayCaster:
-        """Make the ray caster of this name, or what there is, for rays at this height and of this length."""
+        """Make the ray caster with this name, or the only available one, for rays at this height and of this length."""
         ...
 
 
 class ExactCaster:
-    """Rays in the plan of these solids, cut at ``height`` metres, by an interval z-buffer."""
+    """Casts rays in the plan of these solids, cut at ``height`` metres, by an interval z-buffer."""
 
     def __init__(self, prisms: Sequence[Prism], height: float, reach: float) -> None:
         self._plan = wall_plan([outlines_at(prisms, height)], reach)

@@ -1,4 +1,4 @@
-"""The beams of one sweep as rays in the plane: where each starts and where it points. Metres, radians, map frame.
+"""The beams of one sweep as rays in the plane, each with origin and direction. Metres, radians, map frame.
 
 Rays are five rows, (5, N): x, y of the origin, x, y of the unit direction, and the bearing, which is not wrapped.
 """
@@ -17,9 +17,9 @@ class ScanMotion:
     """Motion of everything while the beams fired, the first of them at time 0 and with row 0."""
 
     path: FloatArray
-    """(S, 3): x, y, theta of ``T_map_base``, one row every ``step`` seconds; one row alone: it stood still."""
+    """(S, 3): x, y, theta of ``T_map_base``, one row every ``step`` seconds; a single row means no motion."""
     legs: FloatArray
-    """(S, L, 2): where people's legs stood at the same times."""
+    """(S, L, 2): positions of people's legs at the same times."""
     step: float
     things: FloatArray = field(default_factory=lambda: np.empty((1, 0, 3)))
     """(S, M, 3): x, y, theta of the furniture that can be pushed, at the same times."""
@@ -30,10 +30,10 @@ def fire_beams(
     path: FloatArray, step: float, mount: FloatArray, bearings: FloatArray, beams: FloatArray, time_increment: float,
     rays: FloatArray,
 ) -> None:  # fmt: skip
-    """Write the ``rays`` (5, N) of beams that each start from where the sensor is when it fires.
+    """Write the ``rays`` (5, N) of beams that each start at the sensor's position when they fire.
 
-    ``mount`` (2,) is where the sensor sits on the base; ``bearings`` (N,) and the unit vectors ``beams`` (2, N) are
-    where its beams point, in the frame of the base. Between two rows of ``path`` the pose changes evenly.
+    ``mount`` (2,) is the position of the sensor on the base; ``bearings`` (N,) and the unit vectors ``beams`` (2, N)
+    are the directions of its beams, in the base frame. Between two rows of ``path`` the pose changes linearly.
     """
     last, j = len(path) - 1, 0
     for k in range(len(path)):
@@ -51,14 +51,14 @@ def _fire(
     begin: FloatArray, end: FloatArray, turn: float, mount: FloatArray, bearings: FloatArray, beams: FloatArray,
     first: int, stop: int, steps: float, row: float, rays: FloatArray,
 ) -> None:  # fmt: skip
-    """Fire the beams ``first`` to ``stop``, between two rows of the path."""
+    """Write the rays of the beams ``first`` to ``stop``, between two rows of the path."""
     x0, y0, theta, dx, dy = begin[0], begin[1], begin[2], end[0] - begin[0], end[1] - begin[1]
     c0, s0, mx, my = cos(theta + turn / 2.0), sin(theta + turn / 2.0), mount[0], mount[1]
     x, y, ux, uy = rays[0, first:stop], rays[1, first:stop], rays[2, first:stop], rays[3, first:stop]
     heading = rays[4, first:stop]
     bx, by, bearing = beams[0, first:stop], beams[1, first:stop], bearings[first:stop]
     begun = first * steps - row - 0.5
-    for j in range(len(bearing)):  # few arrays in each loop, so that the compiler makes vector code of it
+    for j in range(len(bearing)):  # few arrays in each loop, so that the compiler vectorises it
         c, s = small_rotation((begun + j * steps) * turn)
         x[j], y[j] = c0 * c - s0 * s, s0 * c + c0 * s  # cosine and sine of the heading, for now
     for j in range(len(bearing)):
@@ -74,7 +74,7 @@ def _fire(
 
 @compiled_on_views
 def small_rotation(angle: float) -> tuple[float, float]:
-    """Cosine and sine of an angle by their series: right to 1e-15 up to half a radian, to 1e-8 up to a quarter turn."""
+    """Return cosine and sine of an angle by their series: exact to 1e-15 up to half a radian, to 1e-8 up to pi / 2."""
     z = -angle * angle
     c = 1.0 + z / 2.0 * (1.0 + z / 12.0 * (1.0 + z / 30.0 * (1.0 + z / 56.0 * (1.0 + z / 90.0 * (1.0 + z / 132.0)))))
     s = angle * (

@@ -1,4 +1,4 @@
-"""Errors of a real URG-04LX: by the light that comes back, at edges, and while it warms up.
+"""Errors of a real URG-04LX: from the returned light, at edges, and during warm-up.
 
 The effects are those that Kneip et al., "Characterization of the compact Hokuyo URG-04LX 2D laser range scanner", ICRA
 2009, and Okubo, Ye and Borenstein, "Characterization of the Hokuyo URG-04LX laser rangefinder for mobile robot obstacle
@@ -15,19 +15,20 @@ from slam.compiled import compiled
 from slam.pose import FloatArray
 
 SIGMA_NEAR: Final = 0.003
-"""Noise of the sensor's own electronics, metres: what is left in full light. Our choice."""
+"""Noise of the sensor's electronics, metres, which remains in full light. Our choice."""
 SIGMA_LIGHT: Final = 0.0033
-"""Shot noise at the light of white paper 1 m away, metres: a third of the data sheet's 1 %, so that 3 sigma keep it."""
+"""Shot noise for white paper at 1 m, metres: a third of the data sheet's 1 %, so that 3 sigma stay within it."""
 DARK: Final = 0.01
-"""Light at which an echo is lost once in e times, in units of that of white paper 1 m away. Our choice."""
+"""Light at which the share of lost echoes is 1/e, relative to white paper at 1 m. Our choice."""
 BEAM_HALF_WIDTH: Final = 0.005
-"""Radians: the beam is 40 mm wide at 4 m (recalled from the data sheet), wider than the step from beam to beam."""
+"""Beam divergence, radians: the beam is 40 mm wide at 4 m (recalled from the data sheet), more than the beam
+spacing."""
 EDGE: Final = 0.05
-"""Neighbouring ranges that differ by this much, and are not on one plane, have an edge between them; metres. Ours."""
+"""Difference of neighbouring ranges, not on one plane, that counts as an edge, metres. Our choice."""
 WARM_UP: Final = 0.010
-"""Excess of the ranges when switched on, metres; our choice, of the size that is reported ..."""
+"""Excess of the ranges at power-up, metres; our choice, of the size that is reported."""
 WARM_UP_TIME: Final = 1200.0
-"""... and seconds until it has fallen to 1/e of that."""
+"""Time constant of the excess's decay, seconds."""
 
 
 @compiled
@@ -35,10 +36,10 @@ def realistic_ranges(
     ranges: FloatArray, step: float, time: float, reflectivity: float,
     normal: FloatArray, lost: FloatArray, edge: FloatArray,
 ) -> FloatArray:  # fmt: skip
-    """Ranges (N,) with errors; nan where too little light came back.
+    """Return ranges (N,) with errors; nan if too little light came back.
 
-    ``step`` radians lie between two beams. ``normal`` (N,) are standard normal draws, ``lost`` and ``edge`` (N,) even
-    ones from 0 to 1.
+    ``step`` is the angle between two beams, radians. ``normal`` (N,) are standard normal draws, ``lost`` and ``edge``
+    (N,) uniform draws from 0 to 1.
     """
     cosines = incidence(ranges, step)
     mixed = mixed_pixels(ranges, step, edge)
@@ -58,9 +59,10 @@ def realistic_ranges(
 
 @compiled
 def incidence(ranges: FloatArray, step: float) -> FloatArray:
-    """Cosine of the angle between each beam and the normal of the surface that it meets, (N,).
+    """Return the cosine of the angle between each beam and the normal of the surface, (N,).
 
-    The surface is the chord to the nearer in range of the two neighbours' points; a lone beam is taken as square on.
+    The surface is the chord to the neighbouring point with the smaller range difference; a beam without neighbours
+    counts as perpendicular.
     """
     cosines = np.ones(len(ranges))
     for j in range(len(ranges)):
@@ -75,9 +77,10 @@ def incidence(ranges: FloatArray, step: float) -> FloatArray:
 
 @compiled
 def mixed_pixels(ranges: FloatArray, step: float, edge: FloatArray) -> FloatArray:
-    """Ranges (N,) where a beam that lies across an edge gets the mean of both surfaces, by the light of each.
+    """Return ranges (N,) in which a beam across an edge gets the mean of both surfaces, weighted by their light.
 
-    Where between beams j and j + 1 the edge lies is not known from the ranges: ``edge[j]`` (0 to 1) of the step on.
+    The position of an edge between beams j and j + 1 is unknown: it is drawn as the share ``edge[j]`` (0 to 1) of the
+    beam spacing.
     """
     mixed = ranges.copy()
     for j in range(len(ranges) - 1):

@@ -1,4 +1,4 @@
-"""The robot and what its scenario says about it, as records that compiled code reads and writes. SI units, radians."""
+"""The robots and the settings of their scenarios, as records for compiled code. SI units, radians."""
 
 from typing import Any, Final
 
@@ -40,14 +40,14 @@ MODEL: Final = np.dtype(
     ],
     align=True,
 )  # fmt: skip
-"""What the scenario says about it."""
+"""Settings of a scenario's robot; accelerations and times are per control step."""
 
 ROBOT: Final = np.dtype([("base", BASE), ("model", MODEL), ("noise", "f8", 4), ("motors", "f8", 3)], align=True)
 """All that ``Controller`` works with, in one record: Python passes one faster than four."""
 
 
 def model_of(config: RobotConfig, physics_rate: int) -> NDArray[Any]:
-    """Make the record, (1,), of this robot, whose motors are looked at so many times a second.
+    """Make the record, (1,), of this robot; the motors are simulated ``physics_rate`` times a second.
 
     The motors turn the robot's wheels, and the encoders count them. Slip and scrub scale their motion before it reaches
     the simulated wheels, which have no error. With slip s and scrub k = TRACK / effective_track, both the mean of the

@@ -10,7 +10,7 @@ from slam.scenario.schema import Scenario
 
 
 class SimRobot(Closing):
-    """A P3-DX with a planar lidar in a world of its own, moved by the scenario's ``physics.engine``.
+    """A P3-DX with a planar lidar in its own world, moved by the scenario's ``physics.engine``.
 
     Simulated time passes in ``observe`` only. The same seed and commands give the same observations, bit by bit.
     """
@@ -27,7 +27,10 @@ class SimRobot(Closing):
         self._body.close()
 
     def restart(self, seed: int) -> None:
-        """Back to the start of the same scenario with another seed: all is as in a new SimRobot, but made faster."""
+        """Return to the start of the same scenario with another seed.
+
+        The result equals a new SimRobot, but is faster.
+        """
         self._require_open()
         self._body.restart(seed)
 
@@ -37,10 +40,10 @@ class SimRobot(Closing):
         return self._body.furniture
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
-        """Let the time of one scan pass, and take it; None when the scenario's duration is over.
+        """Let the time of one scan pass, and take the scan; None once the scenario's duration is over.
 
-        ``timeout`` has no meaning here: the simulation computes the next scan for as long as it takes. Between two
-        control steps the beams' poses are interpolated: at the default limits and rate that straightens the way by
+        ``timeout`` has no effect here: the simulation computes the next scan for as long as it takes. Between two
+        control steps the beams' poses are interpolated: at the default limits and rate the path is then straighter by
         0.02 mm and 0.06 mrad.
         """
         self._require_open()
@@ -60,7 +63,10 @@ class SimRobot(Closing):
         return Observation(scan, odometry, T_map_base, collided, body.stalled, bumpers, sonar, people)
 
     def drive(self, command: Twist2D) -> Twist2D:
-        """Command a velocity, and return it as clipped to the limits; two simulated seconds later the robot stops."""
+        """Command a velocity, and return it clipped to the limits.
+
+        Without another command the robot stops after two seconds.
+        """
         self._require_open()
         return self._body.command(command)
 

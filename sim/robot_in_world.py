@@ -1,4 +1,4 @@
-"""The P3-DX and its sensors in the world of a scenario: what the simulated robot and the emulated devices share."""
+"""The P3-DX and its sensors in the world of a scenario, for the simulated robot and the emulated devices."""
 
 import logging
 from abc import ABC, abstractmethod
@@ -23,11 +23,11 @@ from slam.scenario.schema import Scenario
 
 _LOG: Final = logging.getLogger("hopslam.sim")
 ENGINES: Final = {"bullet": "sim.bullet_robot:BulletRobot", "plan": "sim.plan.robot:PlanRobot"}
-"""Classes of ``RobotInWorld`` by the name that ``physics.engine`` gives them, imported when they are used."""
+"""Classes of ``RobotInWorld`` by the name of ``physics.engine``, imported when they are used."""
 
 
 def robot_in_world(scenario: Scenario, robot: RobotConfig, rate: int) -> "RobotInWorld":
-    """Put this robot into the scenario's world; ``rate`` physics steps a second, a multiple of its control rate."""
+    """Put this robot into the scenario's world; ``rate`` physics steps per second, a multiple of its control rate."""
     if scenario.physics.engine == "plan" and installed_engine() == "plan":
         _say_what_is_missing()
     made: RobotInWorld = import_by_name(ENGINES[scenario.physics.engine])(scenario, robot, rate)
@@ -36,14 +36,14 @@ def robot_in_world(scenario: Scenario, robot: RobotConfig, rate: int) -> "RobotI
 
 @cache
 def _say_what_is_missing() -> None:
-    """Warn, once a process, that PyBullet is missing."""
+    """Warn, once per process, that PyBullet is missing."""
     _LOG.warning("PyBullet is not installed: the robot is moved by the kinematic model, physics.engine: plan")
 
 
 class RobotInWorld(ABC):
-    """A robot in a world of its own, at its start. Call ``restart`` before time passes.
+    """A robot in its own world, at its start. Call ``restart`` before time passes.
 
-    The same seed and commands give the same, bit by bit.
+    The same seed and commands give the same results, bit by bit.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class RobotInWorld(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Free what was taken; closing twice is allowed."""
+        """Free all resources; closing twice is allowed."""
 
     @property
     @abstractmethod
@@ -73,11 +73,11 @@ class RobotInWorld(ABC):
         """True after ``close``."""
 
     def restart(self, seed: int) -> None:
-        """Stand at the start at time 0, at rest, with the noise of this seed."""
+        """Return to the start at time 0, at rest, with the noise of this seed."""
         lidar_seed, odometry_seed = np.random.SeedSequence(seed).spawn(2)
         self.lidar_rng = np.random.default_rng(lidar_seed)
         self.steps = 0
-        """Physics steps that have passed."""
+        """Physics steps since the start."""
         self._restart(odometry_seed)
 
     @abstractmethod
@@ -85,29 +85,32 @@ class RobotInWorld(ABC):
 
     @property
     def time(self) -> float:
-        """Seconds that have passed."""
+        """Seconds since the start."""
         return self.steps / self._rate
 
     def command(self, twist: Twist2D) -> Twist2D:
-        """Ask for a velocity; the answer is the one within the limits that the ramps now lead to."""
+        """Command a velocity; return it clipped to the limits, which the ramps now approach."""
         return self.controller.command(twist)
 
     @abstractmethod
     def advance(self, controls: int) -> None:
-        """Let so many control steps pass."""
+        """Run this number of control steps."""
 
     @abstractmethod
     def sweep(self, controls: int) -> ScanMotion:
-        """Let so many control steps pass; what moved meanwhile, one row for each and one for the beginning."""
+        """Run this number of control steps.
+
+        Return the motion of everything, one row for each and one for the beginning.
+        """
 
     @abstractmethod
     def roll(self, setpoint: Twist2D, controls: int) -> None:
-        """Let so many control steps pass with the motors at this speed: for a firmware with ramps of its own."""
+        """Run this number of control steps with the motors at this speed, for a firmware with its own ramps."""
 
     @property
     @abstractmethod
     def pose(self) -> Pose2D:
-        """The truth, ``T_map_base``."""
+        """True pose ``T_map_base``."""
 
     @property
     def twist(self) -> Twist2D:
@@ -116,26 +119,26 @@ class RobotInWorld(ABC):
 
     @property
     def odometry(self) -> Pose2D:
-        """``T_odom_base`` as it is reported."""
+        """``T_odom_base`` as reported."""
         return self.controller.odometry
 
     def mean_twist(self) -> Twist2D:
-        """Mean velocity since the last call, as it is reported."""
+        """Return the mean velocity since the last call, as reported."""
         return self.controller.mean_twist(self.time)
 
     @property
     def stalled(self) -> bool:
-        """True while the motors have stalled."""
+        """True while the motors are stalled."""
         return self.controller.stalled
 
     @abstractmethod
     def read_bumpers(self) -> tuple[bool, tuple[bool, ...]]:
-        """Collision since the last reading with what cannot be pushed, and the bumper segments that were pressed."""
+        """Return whether the robot hit anything fixed since the last reading, and the pressed bumper segments."""
 
     @property
     @abstractmethod
     def people(self) -> FloatArray:
-        """Places of people, (P, 2)."""
+        """Positions of people, (P, 2)."""
 
     @property
     @abstractmethod
@@ -148,7 +151,7 @@ class RobotInWorld(ABC):
         """Poses of the furniture that can be pushed: x, y, theta, (M, 3)."""
 
     def read_sonar(self) -> tuple[float, ...]:
-        """Read the front ring from here; () where the scenario has none."""
+        """Read the front sonar ring; () if the scenario has none."""
         if self._sonar is None:
             return ()
         return self._sonar.read(self.pose, self.legs, self._leg_radii, self.furniture)

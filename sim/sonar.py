@@ -18,13 +18,13 @@ REACH: Final = 5.0
 HEIGHT: Final = 0.17
 """Height of the ring above the floor, metres; read from pictures of the robot."""
 CONE: Final = radians(30.0)
-"""Opening of a transducer's beam, the usual figure for this ring ..."""
+"""Opening angle of a transducer's beam, the usual figure for this ring."""
 RAYS: Final = 5
-"""... and the number of rays that sample it evenly. Echoes that a smooth wall throws aside are not modelled."""
+"""Number of rays that sample the beam evenly. Specular reflection at smooth walls is not modelled."""
 
 
 class SonarRing:
-    """Reads the ring against walls, furniture and people's legs; without noise."""
+    """Reads the sonar ring against walls, furniture and people's legs; without noise."""
 
     def __init__(self, surroundings: Surroundings, movables: Sequence[Movable] = ()) -> None:
         self._caster = surroundings.caster("bullet", HEIGHT, REACH)
@@ -36,7 +36,10 @@ class SonarRing:
     def read(
         self, T_map_base: Pose2D, legs: FloatArray, leg_radii: FloatArray, things: FloatArray
     ) -> tuple[float, ...]:
-        """Metres, (8,) from left to right; inf without an echo. ``legs`` (L, 2) and ``things`` (M, 3) are there now."""
+        """Return metres, (8,) from left to right; inf without an echo.
+
+        ``legs`` (L, 2) and ``things`` (M, 3) are the obstacles.
+        """
         bearings = self._bearings + T_map_base.theta
         rays = np.vstack([T_map_base.transform(self._origins).T, unit_vectors(bearings).T, bearings])
         ranges = self._caster.cast(rays)

@@ -1,4 +1,4 @@
-"""The walls of one or several worlds in the plane, and which of them are in reach of each cell of the floor. Metres."""
+"""The walls of one or several worlds in the plane, listed for each cell of the floor. Metres."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -10,24 +10,24 @@ from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 
 CELL: Final = 2.0
-"""Side of a cell, metres ..."""
-MOST_CELLS: Final = 256
-"""... or more, so that a large world has at most this many along a side."""
+"""Least side of a cell, metres."""
+MAX_CELLS: Final = 256
+"""Largest number of cells along a side; large worlds have larger cells."""
 SLACK: Final = 0.5
-"""The list of a cell serves rays that start this far outside of it, metres."""
+"""The list of a cell is valid for rays that start this far outside of it, metres."""
 
 
 class WallPlan(NamedTuple):
     """Walls of W worlds.
 
     Cell n has the ``listed`` walls from ``first[n]`` up to ``first[n + 1]``. Cell (i, k) of world w has the number n =
-    ``offset[w] + i * shape[w, 1] + k``; after its last cell comes one more, of all its walls.
+    ``offset[w] + i * shape[w, 1] + k``; the last cell of a world is followed by one more, with all its walls.
     """
 
     walls: FloatArray
-    """(M, 4): x, y of one end, and from there to the other; world after world."""
+    """(M, 4): x, y of one end, and the vector to the other; world after world."""
     corner: FloatArray
-    """(W, 2): where cell (0, 0) begins."""
+    """(W, 2): corner of cell (0, 0), metres."""
     cell: FloatArray
     """(W,): side of a cell."""
     shape: NDArray[np.int64]
@@ -37,12 +37,12 @@ class WallPlan(NamedTuple):
     first: NDArray[np.int64]
     """(cells + 1,)."""
     listed: NDArray[np.int32]
-    """Rows of ``walls``: for each cell, those with a point within ``reach`` of one that is in it or SLACK outside."""
+    """Rows of ``walls``: for each cell, those with a point within ``reach`` of a point in the cell or SLACK outside."""
     reach: float
 
 
 def outline_edges(outline: FloatArray) -> FloatArray:
-    """Edges (N, 4) of a closed outline (N, 2): x, y of one end, and from there to the other."""
+    """Return the edges (N, 4) of a closed outline (N, 2): x, y of one end, and the vector to the other."""
     return np.hstack([outline, np.roll(outline, -1, axis=0) - outline])
 
 
@@ -67,13 +67,16 @@ def wall_plan(worlds: Sequence[Sequence[FloatArray]], reach: float) -> WallPlan:
 
 
 def _cells(walls: FloatArray, reach: float) -> tuple[FloatArray, float, tuple[int, int]]:
-    """Corner, side and number of the cells that cover all places with a wall in reach; one cell without walls."""
+    """Return corner, side and number of the cells that cover all positions within range of a wall.
+
+    Without walls there is one cell.
+    """
     if not len(walls) or not np.isfinite(reach):
         return np.full(2, -1e6), 2e6, (1, 1)
     ends = np.concatenate([walls[:, :2], walls[:, :2] + walls[:, 2:]])
     corner = ends.min(axis=0) - reach
     size = ends.max(axis=0) + reach - corner
-    cell = max(CELL, float(size.max()) / MOST_CELLS)
+    cell = max(CELL, float(size.max()) / MAX_CELLS)
     return corner, cell, (int(size[0] / cell) + 1, int(size[1] / cell) + 1)
 
 
@@ -81,7 +84,7 @@ def _cells(walls: FloatArray, reach: float) -> tuple[FloatArray, float, tuple[in
 def _walls_in_reach(
     walls: FloatArray, corner: FloatArray, cell: float, shape: tuple[int, int], reach: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """Number of walls in reach of each cell, and these walls: counted in one pass, written in the second."""
+    """Count the walls within range of each cell in one pass, and list them in a second."""
     counts = np.zeros(shape[0] * shape[1], np.int64)
     listed = np.empty(0, np.int32)
     far = reach + SLACK + cell * np.sqrt(0.5)  # from the middle of the cell
@@ -108,7 +111,7 @@ def _walls_in_reach(
 
 @compiled_on_views
 def squared_distance(x: float, y: float, ux: float, uy: float) -> float:
-    """Square of the distance from the origin to the nearest point of the wall from (x, y) to (x + ux, y + uy)."""
+    """Return the squared distance from the origin to the nearest point of the wall from (x, y) to (x + ux, y + uy)."""
     squared = ux * ux + uy * uy
     share = min(max(-(x * ux + y * uy) / squared, 0.0), 1.0) if squared > 0.0 else 0.0
     return float((x + share * ux) ** 2 + (y + share * uy) ** 2)
@@ -116,11 +119,11 @@ def squared_distance(x: float, y: float, ux: float, uy: float) -> float:
 
 @compiled_on_views
 def cell_near(plan: WallPlan, world: int, x: float, y: float, spread: float) -> int:
-    """Number of a cell that has all walls within the plan's reach of any place within ``spread`` metres of (x, y)."""
+    """Return a cell that lists all walls within the plan's range of any position within ``spread`` metres of (x, y)."""
     columns, rows = plan.shape[world, 0], plan.shape[world, 1]
     if spread > SLACK:
         return int(plan.offset[world] + columns * rows)
     i = int(np.floor((x - plan.corner[world, 0]) / plan.cell[world]))
     k = int(np.floor((y - plan.corner[world, 1]) / plan.cell[world]))
-    i, k = min(max(i, 0), columns - 1), min(max(k, 0), rows - 1)  # outside: the nearest, for a spread over the rim
+    i, k = min(max(i, 0), columns - 1), min(max(k, 0), rows - 1)  # the nearest cell, if outside
     return int(plan.offset[world] + i * rows + k)

@@ -1,4 +1,4 @@
-"""The simulated world: a floor, what stands on it, gravity and rays. Metres, seconds, map frame."""
+"""The simulated world: floor, solids, gravity, time and rays. Metres, seconds, map frame."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -19,28 +19,30 @@ from slam.scenario.solids import SILL, Prism
 GRAVITY: Final = 9.81
 """m/s^2."""
 SOLVER_ITERATIONS: Final = 60
-"""With PyBullet's 50 a standing robot creeps 2 um/s, with 60 less than half of it; each costs 0.3 us a step."""
+"""Solver iterations: with PyBullet's 50 a robot at rest creeps 2 um/s, with 60 less than half of it; each costs 0.3 us
+per step."""
 RAYS_PER_CALL: Final = 8192
-"""PyBullet drops rays from 16,384 on without a word."""
+"""Largest number of rays per call: PyBullet silently drops rays from 16,384 on."""
 
 YIELDING: Final = {"contactStiffness": 2000.0, "contactDamping": 1000.0}
-"""Softness of a pillar, N/m and N s/m: one put down inside the robot pushes it gently aside; a hard one flings it."""
+"""Softness of a pillar, N/m and N s/m: a pillar placed inside the robot pushes it gently aside; a hard one flings
+it."""
 
 OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
-"""Under the floor, where nothing meets anything; metres."""
+"""x, y, z, metres: a position below the floor, where nothing touches anything."""
 
 FAR_AWAY: Final = (1e4, 1e4, 5.0)
-"""x, y, z, metres: nothing is there."""
+"""x, y, z, metres: a position far from everything."""
 FLOOR, WALLS, ROBOT, PEOPLE, SILLS, MOVABLE = 1, 2, 4, 8, 16, 32
-"""Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet walls and sills only."""
-MET_BY: Final = {FLOOR: ROBOT | MOVABLE, WALLS: ROBOT | MOVABLE | 1, PEOPLE: ROBOT, SILLS: MOVABLE | 1}
-"""Groups that collide with each group of static bodies, which may overlap each other: that would cost 1 ms a pair."""
+"""Collision groups, used in p3dx.urdf too. Rays belong to group 1 and hit walls and sills only."""
+COLLIDES_WITH: Final = {FLOOR: ROBOT | MOVABLE, WALLS: ROBOT | MOVABLE | 1, PEOPLE: ROBOT, SILLS: MOVABLE | 1}
+"""Groups that collide with each group of static bodies; bodies that overlap each other would cost 1 ms a pair."""
 
 _hit_fraction = itemgetter(2)
 
 
 class World(Closing):
-    """A physics world of its own that steps ``rate`` times a second. Use it as a context manager, or close it."""
+    """A physics world that steps ``rate`` times a second. Use it as a context manager, or close it."""
 
     def __init__(self, prisms: Sequence[Prism], rate: int) -> None:
         self.prisms = tuple(prisms)
@@ -81,11 +83,11 @@ class World(Closing):
         self._saved = self.bullet.call(pybullet.saveState)
 
     def restore(self) -> None:
-        """Go back to the saved state; motors keep what they were told last."""
+        """Return to time 0 and the saved state; motors keep their last command."""
         self.bullet.call(pybullet.restoreState, self._saved)
 
     def add_pillar(self, radius: float, height: float) -> int:
-        """A cylinder that ``move`` sets down and the robot runs into; rays pass through it. It starts out of reach."""
+        """Add a cylinder that ``move`` places and the robot can hit; rays pass through it. It starts out of range."""
         pillar = self._add_static(PEOPLE, 0.5, shapeType=pybullet.GEOM_CYLINDER, radius=radius, height=height)
         self.bullet.call(pybullet.changeDynamics, pillar, -1, **YIELDING)
         self.move(pillar, *OUT_OF_REACH)
@@ -96,14 +98,14 @@ class World(Closing):
         self.bullet.call(pybullet.resetBasePositionAndOrientation, body, (x, y, z), (0.0, 0.0, 0.0, 1.0))
 
     def park_far_away(self, body: int, number: int) -> None:
-        """Move a body so far away that nothing is near it, nor another body with another number."""
+        """Move a body far from everything, including other bodies that were moved away."""
         x, y, z = FAR_AWAY
         self.move(body, x + number * x, y, z)
 
     def cast(self, origins: FloatArray, ends: FloatArray) -> FloatArray:
-        """Share of each ray, from ``origins`` (N, 3) to ``ends`` (N, 3), up to the first hit: 0 to 1, or inf; (N,).
+        """Return the share (N,) of each ray from ``origins`` to ``ends``, (N, 3), up to the first hit: 0 to 1 or inf.
 
-        Good to a micrometre, except at free edges: PyBullet lets triangles reach 1e-4 of their height too far.
+        Accurate to a micrometre, except at free edges: PyBullet extends triangles by 1e-4 of their height.
         """
         batches = [slice(start, start + RAYS_PER_CALL) for start in range(0, len(ends), RAYS_PER_CALL)]
         test = partial(self.bullet.call, pybullet.rayTestBatch, collisionFilterMask=WALLS | SILLS)
@@ -113,19 +115,19 @@ class World(Closing):
         return fractions
 
     def caster(self, name: CasterName, height: float, reach: float) -> RayCaster:
-        """Make the ray caster of this name, for rays at this height and of this length."""
+        """Make the ray caster with this name, for rays at this height and of this length."""
         return ExactCaster(self.prisms, height, reach) if name == "exact" else BulletCaster(self, height, reach)
 
     def _add_static(self, group: int, lateral_friction: float, **shape: Any) -> int:
         shape_id = self.bullet.call(pybullet.createCollisionShape, **shape)
         body: int = self.bullet.call(pybullet.createMultiBody, 0.0, shape_id)
         self.bullet.call(pybullet.changeDynamics, body, -1, lateralFriction=lateral_friction)
-        self.bullet.call(pybullet.setCollisionFilterGroupMask, body, -1, group, MET_BY[group])
+        self.bullet.call(pybullet.setCollisionFilterGroupMask, body, -1, group, COLLIDES_WITH[group])
         return body
 
 
 class BulletCaster:
-    """Rays through the mesh of the world, ``height`` and ``reach`` in metres."""
+    """Casts rays through the mesh of the world; ``height`` and ``reach`` in metres."""
 
     def __init__(self, world: World, height: float, reach: float) -> None:
         self._world, self._height, self._reach = world, height, reach

@@ -1,4 +1,4 @@
-"""An interval z-buffer: each wall and leg is tried against those rays of a fan alone that can meet it.
+"""An interval z-buffer: each wall and leg is intersected only with the rays of a fan that can hit it.
 
 It is exact for any rays, and fastest for a fan: rays from one place, evenly spaced.
 """
@@ -14,17 +14,17 @@ from slam.pose import FloatArray
 
 
 class Fan(NamedTuple):
-    """Bounds of rays whose bearings are about evenly spaced; the farther from that, the slower."""
+    """Bounds of rays whose bearings are about evenly spaced; uneven ones are slower."""
 
     x: float
-    """Middle of the origins."""
+    """Middle of the rays' origins."""
     y: float
     spread: float
-    """Distance from there to the farthest origin, or more."""
+    """Upper bound of the distance from the middle to an origin."""
     bearing: float
     """Bearing of the first ray."""
     step: float
-    """From ray to ray, radians; 0 where the rays are no fan."""
+    """Angle from ray to ray, radians; 0 if the rays are not a fan."""
     bend: float
     """Largest distance of a bearing from even spacing, radians."""
 
@@ -49,7 +49,7 @@ def fan_of(rays: FloatArray) -> Fan:
 
 @compiled_on_views
 def _span(numbers: FloatArray) -> tuple[float, float]:
-    """The least and the largest number."""
+    """Return the least and the largest number."""
     low = high = numbers[0]
     for k in range(len(numbers)):
         low, high = min(low, numbers[k]), max(high, numbers[k])
@@ -58,9 +58,9 @@ def _span(numbers: FloatArray) -> tuple[float, float]:
 
 @compiled_on_views
 def fan_interval(fan: Fan, begin: float, width: float, turn: int, rays: int) -> tuple[int, int]:
-    """First ray, and the one after the last, between ``begin`` and ``begin + width`` in the ``turn``-th turn, -1 to 1.
+    """Return the first ray, and the one after the last, from ``begin`` to ``begin + width`` in turn ``turn``, -1 to 1.
 
-    Some more may be among them.
+    A few rays more may be included.
     """
     if fan.step == 0.0 or width + 2.0 * fan.bend >= 2.0 * np.pi:
         return 0, rays if turn == 0 else 0
@@ -73,7 +73,7 @@ def fan_interval(fan: Fan, begin: float, width: float, turn: int, rays: int) -> 
 
 @compiled_on_views
 def stop_at_walls(rays: FloatArray, ranges: FloatArray, plan: WallPlan, world: int) -> None:
-    """Shorten ``ranges`` (N,), at most the plan's reach, where a wall of this world stands in the way of a ray.
+    """Shorten ``ranges`` (N,), at most the plan's range limit, where a wall of this world is nearer along a ray.
 
     Seen from an origin ``spread`` aside, the bearing of an end of a wall at distance d differs by asin(spread / d) at
     most.
@@ -95,7 +95,7 @@ def stop_at_walls(rays: FloatArray, ranges: FloatArray, plan: WallPlan, world: i
 
 @compiled_on_views
 def _bearings_of(x: float, y: float, ux: float, uy: float, squared: float, spread: float) -> tuple[float, float]:
-    """First bearing of a wall seen from anywhere within ``spread`` of the origin, and the width up to the last.
+    """Return the first bearing, and the width, of a wall seen from anywhere within ``spread`` of the origin.
 
     ``squared`` is the square of its distance from the origin.
     """
@@ -113,14 +113,14 @@ def _bearings_of(x: float, y: float, ux: float, uy: float, squared: float, sprea
 
 @compiled_on_views
 def _parallax(spread: float, x: float, y: float) -> float:
-    """An upper bound of asin(spread / distance)."""
+    """Return an upper bound of asin(spread / distance)."""
     ratio = spread / np.sqrt(x * x + y * y)
     return float(ratio * (1.0 + 0.5708 * ratio * ratio))
 
 
 @compiled_on_views
 def rough_bearing(x: float, y: float) -> float:
-    """The bearing of a point, within ROUGH: Abramowitz and Stegun, 4.4.49."""
+    """Return the bearing of a point, within ROUGH: Abramowitz and Stegun, 4.4.49."""
     flat = abs(y) <= abs(x)
     z = y / x if flat else x / y
     w = z * z
@@ -134,9 +134,9 @@ def rough_bearing(x: float, y: float) -> float:
 def _stop_at_wall(
     rays: FloatArray, ranges: FloatArray, first: int, stop: int, wx: float, wy: float, ux: float, uy: float
 ) -> None:
-    """Try the rays from ``first`` to ``stop`` against one wall.
+    """Intersect the rays from ``first`` to ``stop`` with one wall.
 
-    The wall is longer by 1e-12 at both ends, so that no ray passes where two walls meet.
+    The wall is extended by 1e-12 at both ends, so that no ray passes where two walls meet.
     """
     ox, oy, dx, dy = rays[0, first:stop], rays[1, first:stop], rays[2, first:stop], rays[3, first:stop]
     nearest = ranges[first:stop]
@@ -150,9 +150,9 @@ def _stop_at_wall(
 
 @compiled_on_views
 def stop_at_legs(rays: FloatArray, ranges: FloatArray, legs: FloatArray, radii: FloatArray, steps: float) -> None:
-    """Shorten ``ranges`` (N,) where a leg, a circle of ``radii`` (L,), stands in the way when the ray starts.
+    """Shorten ``ranges`` (N,) where a leg, a circle of ``radii`` (L,), is nearer when the ray starts.
 
-    ``legs`` (C, L, 2) is where they stand; from one ray to the next, ``steps`` rows pass.
+    ``legs`` (C, L, 2) are its positions at C times; from one ray to the next the time advances by ``steps`` rows.
     """
     fan = fan_of(rays)
     for leg in range(len(radii)):
@@ -169,14 +169,14 @@ def stop_at_legs(rays: FloatArray, ranges: FloatArray, legs: FloatArray, radii: 
 
 @compiled_on_views
 def _stop_at_leg(
-    rays: FloatArray, ranges: FloatArray, first: int, stop: int, way: FloatArray, radius: float, steps: float
+    rays: FloatArray, ranges: FloatArray, first: int, stop: int, path: FloatArray, radius: float, steps: float
 ) -> None:
-    last = len(way) - 1
+    last = len(path) - 1
     for j in range(first, stop):
         k = min(int(j * steps), last)
         n, share = min(k + 1, last), j * steps - k
-        x = way[k, 0] + share * (way[n, 0] - way[k, 0]) - rays[0, j]
-        y = way[k, 1] + share * (way[n, 1] - way[k, 1]) - rays[1, j]
+        x = path[k, 0] + share * (path[n, 0] - path[k, 0]) - rays[0, j]
+        y = path[k, 1] + share * (path[n, 1] - path[k, 1]) - rays[1, j]
         along = x * rays[2, j] + y * rays[3, j]
         across = x * rays[3, j] - y * rays[2, j]
         inside = radius * radius - across * across

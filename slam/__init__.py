@@ -1,4 +1,4 @@
-"""Line-based SLAM with a 2-D lidar, and what surrounds it: scenarios, runs, environments, sweeps, commands."""
+"""Line-based SLAM with a 2-D lidar, with scenarios, runs, environments, sweeps and commands."""
 
 from slam.old_names import find_old_names
 

@@ -1,11 +1,11 @@
-"""A base for objects that hold what must be given back: files, ports, processes."""
+"""Base class for objects that hold files, ports or processes."""
 
 from abc import ABC, abstractmethod
 from typing import Self
 
 
 class Closing(ABC):
-    """A context manager that is closed when its block is left, for whatever reason."""
+    """A context manager that is closed at the end of its block, whatever the reason."""
 
     def __enter__(self) -> Self:
         return self
@@ -15,4 +15,4 @@ class Closing(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Give everything back; leaving the block does it too."""
+        """Release everything; the end of the block does it too."""

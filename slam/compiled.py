@@ -1,7 +1,7 @@
 """Compiles the hot loops with numba, keeps the result on disk, and lets sums be vectorised."""
 
 # mypy: disable-error-code="no-untyped-call"
-# numba's classes have types in part.
+# numba's classes are typed only in part.
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,6 +15,7 @@ from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined
 from numba.core.event import trigger_event
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
+from numba.core.types import unliteral
 
 from slam.kept_code import KeptCode
 from slam.machine_code import makes_code, making_code
@@ -34,19 +35,19 @@ def compiled(function: F) -> F:
 
     Additions may be reordered and a division by zero gives infinity, which lets the compiler use vector registers; a
     NaN stays a NaN. On one machine the same input gives the same bits, whether the code was compiled just now or kept,
-    and whatever ran before. While one runs, other threads run too.
+    and whatever ran before. Other threads run at the same time.
 
-    The kept result is compiled anew when one of these changed: the function's file, the file of a compiled function
-    that it reaches, this file, or the value of a constant that one of them uses. They may come from any module.
+    The function is compiled again if one of these has changed: its file, the file of a compiled function that it calls,
+    directly or not, this file, or the value of a constant that one of them uses. They may be in any module.
     """
     return _compiled(function, _REORDERED | {"_nrt": True})
 
 
 def compiled_on_views(function: F) -> F:
-    """Compile as ``compiled`` does a function that makes no array of its own, and takes none from one that does.
+    """Compile a function that makes no array, as ``compiled`` does, without reference counts.
 
-    It counts no references. Counting costs a few nanoseconds for each array that is passed on, and threads that count
-    those of the same array wait for each other.
+    It must not take an array from a function that makes one. Counting costs a few nanoseconds for each array that is
+    passed on, and threads that count references to the same array wait for each other.
     """
     return _compiled(function, _REORDERED | {"_nrt": False})
 
@@ -57,13 +58,13 @@ def compiled_in_order(function: F) -> F:
 
 
 def is_cold(function: Callable[..., Any]) -> bool:
-    """Return True where the first call of this compiled function will compile it and keep the result."""
+    """Return True if the first call of this compiled function will compile it and keep the result."""
     kept = getattr(function, "_cache", None)
     return isinstance(kept, KeptCode) and kept.is_empty()
 
 
 def _compiled(function: F, options: dict[str, Any]) -> F:
-    """Make the dispatcher; ``_nrt`` is numba's own name for its run time, which counts references to arrays.
+    """Make the dispatcher; ``_nrt`` is numba's name for its run time, which counts references to arrays.
 
     With ``NUMBA_DISABLE_JIT=1`` the function stays Python, for debuggers and for coverage.
     """
@@ -75,7 +76,7 @@ def _compiled(function: F, options: dict[str, Any]) -> F:
 class _HotLoop(CPUDispatcher):
     """A function compiled as a whole when Python calls it, and as a part of each compiled function that calls it.
 
-    Only a whole is optimised and kept on disk. It needs no part once it is made.
+    Only a whole is optimised and kept on disk. Once it is loaded, its parts are not needed.
     """
 
     def __init__(self, function: Any, options: dict[str, Any]) -> None:
@@ -83,7 +84,7 @@ class _HotLoop(CPUDispatcher):
         part = options | {"no_cpython_wrapper": True}
         self._part_compiler = _FunctionCompiler(function, self.targetdescr, part, {}, Compiler)
         self._parts: dict[Any, Any] = {}  # results by types of arguments, as in numba's ``overloads`` for the wholes
-        with suppress(RuntimeError):  # neither beside the source nor at home is there a place to keep it
+        with suppress(RuntimeError):  # there is no place to keep it, neither beside the source nor in the home folder
             self._cache = KeptCode(function)
 
     def compile(self, sig: Any) -> Any:
@@ -93,6 +94,10 @@ class _HotLoop(CPUDispatcher):
                 return self._part(sig).entry_point
             with making_code(self.targetctx):
                 return super().compile(sig)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Resolve a call from compiled code; a literal is a number as any other, not one to compile once more for."""
+        return super().get_call_template([unliteral(arg) for arg in args], {name: unliteral(kws[name]) for name in kws})
 
     def get_overload(self, sig: Any) -> Any:
         """Return the entry that was compiled for this signature; numba calls this where compiled code calls it."""
@@ -105,7 +110,7 @@ class _HotLoop(CPUDispatcher):
         return [result.signature for result in results.values()]
 
     def _part(self, sig: Any) -> Any:
-        """The result of compiling a part; the counter tells numba of a function that calls itself."""
+        """The result of compiling a part; the counter lets numba recognise a function that calls itself."""
         args, return_type = normalize_signature(sig)
         if args not in self._parts:
             details = {"dispatcher": self, "args": args, "return_type": return_type}

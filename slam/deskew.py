@@ -1,4 +1,4 @@
-"""Undo the motion of the robot while the beams of a scan were taken one after another."""
+"""Correction of a scan for the motion of the robot while its beams were taken."""
 
 from dataclasses import replace
 
@@ -13,9 +13,9 @@ from slam.scan import BEARING, COS, SIN, LaserScan
 def deskewed(scan: LaserScan, twist: Twist2D, T_base_laser: Pose2D) -> LaserScan:
     """Return the scan as if all its beams had been taken at its stamp; the base moves with ``twist``.
 
-    Beam j was taken ``j * time_increment`` after the stamp; its end point is carried along the arc back to the frame of
-    the sensor at the stamp, and has its own bearing from then on. Beams without echo keep their reading and are turned
-    only. A scan without ``time_increment``, or at rest, is returned as it is.
+    Beam j was taken ``j * time_increment`` after the stamp; its end point is transformed along the arc to the frame of
+    the sensor at the stamp, where it has a bearing of its own. Beams without echo keep their reading and are only
+    rotated. A scan without ``time_increment``, or taken at rest, is returned unchanged.
     """
     if scan.time_increment == 0.0 or twist == Twist2D():
         return scan
@@ -28,7 +28,7 @@ def deskewed(scan: LaserScan, twist: Twist2D, T_base_laser: Pose2D) -> LaserScan
 def _from_first_beam(
     ranges: FloatArray, fan: FloatArray, step_x: float, step_y: float, step_theta: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Ranges (N,) and fan (3, N) as seen from the sensor's place at the first beam; it moves by one step a beam."""
+    """Return ranges (N,) and fan (3, N) from the sensor's pose at the first beam; it moves by one step per beam."""
     new_ranges, new_fan = ranges.copy(), np.empty_like(fan)
     step_c, step_s = np.cos(step_theta), np.sin(step_theta)
     x, y, c, s = 0.0, 0.0, 1.0, 0.0  # of the sensor at beam j

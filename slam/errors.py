@@ -39,7 +39,7 @@ class LogError(InputError):
 
 
 class ScansLost(LogError):
-    """Most scans of a recorded log could not be used; what was made of the others is there."""
+    """Most scans of a recorded log could not be used; the results of the others are written."""
 
     exit_code = 4
 
@@ -51,15 +51,15 @@ class RobotError(HopslamError):
 
 
 class RobotTimeout(RobotError, TimeoutError):
-    """No data within the time asked for."""
+    """No data arrived within the timeout."""
 
 
 class BatteryEmpty(RobotError):
-    """The battery is at its end, and the robot was stopped."""
+    """The battery is empty, and the robot was stopped."""
 
 
 class OutputLost(RobotError):
-    """The terminal is closed, or what read the output has ended; a real robot stops then."""
+    """The terminal is closed, or the reader of the output has ended; a real robot stops then."""
 
     exit_code = 141  # 128 + SIGPIPE
 
@@ -71,19 +71,19 @@ class StorageError(HopslamError):
 
 
 class BackEndLost(HopslamError):
-    """The process that closes loops ended before it was asked to."""
+    """The process that closes loops ended too early."""
 
     exit_code = 3
 
 
 class ClusterError(HopslamError):
-    """The machines that jobs were sent to went away, or cannot run them."""
+    """The machines of a sweep were lost, or cannot run its jobs."""
 
     exit_code = 3
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str | None = None) -> str:
-    """Name the known word that was perhaps meant; else say ``otherwise``, or all that are known."""
+    """Suggest the known word that is most similar; else return ``otherwise``, or list all known words."""
     known = list(known)
     if close := get_close_matches(word, known, n=1):
         return f"did you mean {close[0]}?"

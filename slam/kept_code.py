@@ -1,7 +1,7 @@
 """Compiled code on disk, and what it was compiled from."""
 
 # mypy: disable-error-code="no-untyped-call"
-# numba's classes have types in part.
+# numba's classes are typed only in part.
 
 import re
 from collections.abc import Iterator
@@ -19,10 +19,10 @@ _STAMPS: Final = {file.name: file.stat().st_mtime_ns for file in _COMPILER}
 
 
 class KeptCode(FunctionCache):
-    """Compiled code on disk, valid while everything that it was compiled from is the same.
+    """Compiled code on disk, valid while everything that it was compiled from is unchanged.
 
-    numba's own cache asks only for the function's own file. What else a function reaches is known once its module has
-    been imported whole; it is therefore looked up at the first call.
+    numba's own cache checks only the function's own file. What else a function calls is known once its module has been
+    imported completely; it is therefore looked up at the first call.
     """
 
     def __init__(self, function: Any) -> None:
@@ -34,7 +34,7 @@ class KeptCode(FunctionCache):
         return super().load_overload(signature, target_context)
 
     def is_empty(self) -> bool:
-        """Return True where there is a place for this function's code, and none that is still valid in it."""
+        """Return True if there is a place for this function's code, and no valid code in it."""
         self._look_up_sources()
         return self._enabled and not self._cache_file._load_index()
 
@@ -42,12 +42,12 @@ class KeptCode(FunctionCache):
         sources: dict[str, Any] = dict(_STAMPS)
         _add_sources(self._py_func, self, sources)
         self._cache_file._source_stamp = sources
-        if None in sources.values():  # a callee without a place on disk: nothing tells when it changes
+        if None in sources.values():  # a callee without a place on disk: its changes cannot be detected
             self.disable()
 
 
 def _add_sources(function: Any, cache: Any, sources: dict[str, Any]) -> None:
-    """Add what a function is compiled from: the stamps of its file and of its callees', the constants they use."""
+    """Add the sources of a function: the stamps of its file and its callees' files, and the constants they use."""
     sources[_full_name(function)] = getattr(cache, "file_stamp", None)
     for name, value in _named_values(function):
         callee = value.py_func if isinstance(value, Dispatcher) else None
@@ -62,7 +62,7 @@ def _full_name(function: Any) -> str:
 
 
 def _named_values(function: Any) -> Iterator[tuple[str, Any]]:
-    """Full names and values of the globals in a function's code and annotations, modules' attributes among them."""
+    """Return full names and values of the globals in a function's code and annotations, and of modules' attributes."""
     names = {name for annotation in function.__annotations__.values() for name in re.findall(r"\w+", str(annotation))}
     names |= _names(function.__code__)
     modules = [value for name in names if isinstance(value := function.__globals__.get(name), ModuleType)]
@@ -71,12 +71,12 @@ def _named_values(function: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _names(code: CodeType) -> set[str]:
-    """Names of globals and attributes in a function and in those defined inside it."""
+    """Return names of globals and attributes in a function and in those defined inside it."""
     return set(code.co_names).union(*(_names(inner) for inner in code.co_consts if isinstance(inner, CodeType)))
 
 
 def _constant(name: str, value: Any) -> dict[str, str]:
-    """A value by its name, as text, if compiled code holds a copy of such values; else nothing."""
+    """Return name and value as text, if compiled code holds a copy of such values; else nothing."""
     if isinstance(value, np.ndarray):
         return {name: f"{value.dtype} {value.tolist()}"}
     if isinstance(value, int | float | complex | str | tuple | np.generic):

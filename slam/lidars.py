@@ -1,4 +1,4 @@
-"""Planar lidars: their beams and reach; those that hopslam knows by name, with the errors their makers admit."""
+"""Planar lidars: their beams and range limits; the known models, with their makers' error bounds."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from slam.pose import FloatArray
 
 _SEVEN_DIGITS: Final = 1.5e-7
 """Relative error of a number with seven digits, and of single precision."""
-_LEAST_STEP: Final = 1e-6
-"""Radians."""
+_MIN_STEP: Final = 1e-6
+"""Largest deviation of a first bearing from a whole number of half steps, radians."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lidar:
-    """A planar lidar, described by its beams and its reach. Radians, metres, seconds."""
+    """A planar lidar, described by its beams and its range limits. Radians, metres, seconds."""
 
     angle_min: float
     angle_increment: float
@@ -33,7 +33,7 @@ class Lidar:
 
     @property
     def whole_turn(self) -> bool:
-        """True where the first beam follows the last one, within a step and a half."""
+        """True if the first beam follows the last one, within a step and a half."""
         return self.beams * self.angle_increment > 2.0 * pi - 0.5 * self.angle_increment
 
     @property
@@ -46,12 +46,12 @@ class Lidar:
 
 
 def whole_steps(angle_min: float, angle_increment: float) -> tuple[float, float] | None:
-    """First bearing and step, given to seven digits or more, as the exact values that they stand for.
+    """Return first bearing and step, given to seven digits or more, as the exact values that they stand for.
 
-    A lidar divides the turn into a whole number of steps, and begins at a whole number of half ones. None where that
-    does not fit.
+    A lidar divides the turn into a whole number of steps, and begins at a whole number of half steps. None if that does
+    not fit.
     """
-    if not angle_increment > _LEAST_STEP:
+    if not angle_increment > _MIN_STEP:
         return None
     step = 2.0 * pi / max(round(2.0 * pi / angle_increment), 1)
     first = round(2.0 * angle_min / step) * step / 2.0
@@ -64,9 +64,9 @@ def whole_steps(angle_min: float, angle_increment: float) -> tuple[float, float]
 def ordered_bearings(
     angle_min: float, angle_increment: float, beams: int, exact: Callable[[float, float], tuple[float, float]]
 ) -> tuple[float, float, bool]:
-    """First bearing and step of these beams in counter-clockwise order, and True where that order is turned round.
+    """Return first bearing and step of these beams in counter-clockwise order, and True if the order was reversed.
 
-    ``exact`` makes a first bearing and a positive step, as read, what they stand for; of a clockwise fan, it sees the
+    ``exact`` converts a first bearing and a positive step, as read, to exact values; for a clockwise fan, it gets the
     mirror image.
     """
     if angle_increment < 0.0:
@@ -79,8 +79,8 @@ def ordered_bearings(
 class LidarModel:
     """A lidar and its accuracy.
 
-    It is plus or minus ``near_accuracy`` metres up to ``near_range``, beyond it plus or minus ``far_accuracy`` times
-    the range. ``resolution`` is the step of the range, metres.
+    The accuracy is plus or minus ``near_accuracy`` metres up to ``near_range``, and ``far_accuracy`` times the range
+    beyond. ``resolution`` is the step of the range, metres.
     """
 
     lidar: Lidar
@@ -89,10 +89,10 @@ class LidarModel:
     near_range: float
     far_accuracy: float
     noise: tuple[float, float, float] | None = None
-    """The maker's own bound of the noise alone, in three standard deviations, as near and far accuracy above; None
-    where that is the accuracy."""
+    """The maker's own bound of the noise alone, in three standard deviations, as near and far accuracy above; None if
+    that is the accuracy."""
     beams_vary: int = 0
-    """Beams by which a turn may have more or fewer than the description says."""
+    """Number of beams by which a turn may differ from the description."""
 
     @property
     def time_increment(self) -> float:
@@ -100,12 +100,12 @@ class LidarModel:
         return self.lidar.scan_time * self.lidar.angle_increment / (2.0 * pi)
 
     def accuracy(self, ranges: FloatArray) -> FloatArray:
-        """Return the maker's bound of the error, metres, at each of these ranges (metres)."""
+        """Return the maker's bound of the error at each of these ranges, metres."""
         return np.where(ranges <= self.near_range, self.near_accuracy, self.far_accuracy * ranges)
 
 
 _EIGHT_STEPS: Final = 2.0 * pi / 192
-"""240 degrees by 128 beams."""
+"""Step of the paper's lidar: 240 degrees by 128 beams."""
 TABLE1: Final = LidarModel(
     lidar=Lidar(
         angle_min=-63.5 * _EIGHT_STEPS,
@@ -138,8 +138,8 @@ URG04LX: Final = LidarModel(
     far_accuracy=0.025,
     noise=(0.010, 1.0, 0.01),
 )
-"""Hokuyo URG-04LX: steps 44 to 725 of 1024 a turn, front at step 384, so the fan is not symmetric; 600 rpm.
-Its accuracy is that of the paper's Table 1, by which noise levels are defined; its noise is what Hokuyo says."""
+"""Hokuyo URG-04LX: steps 44 to 725 of 1024 per turn, front at step 384, so the fan is not symmetric; 600 rpm. Its
+accuracy is that of the paper's Table 1, which defines noise levels; its noise is what Hokuyo states."""
 
 LD19: Final = LidarModel(
     lidar=Lidar(
@@ -157,7 +157,7 @@ LD19: Final = LidarModel(
     noise=(0.030, 12.0, 0.030 / 12.0),
     beams_vary=5,
 )
-"""LDROBOT LD19: a whole turn at 10 Hz, 4500 ranges a second whatever the speed, +-45 mm, standard deviation 10 mm (data
+"""LDROBOT LD19: a whole turn at 10 Hz, 4500 ranges per second at any speed, +-45 mm, standard deviation 10 mm (data
 sheet, 70 % reflectivity). The real one turns clockwise."""
 
 LidarName = Literal["table1", "urg04lx", "ld19"]

@@ -1,6 +1,6 @@
-"""Declared limits: the most that is taken of anything that comes in, each with its reason; docs/limits.md shows them.
+"""Limits of all inputs, each with its reason; docs/limits.md lists them.
 
-A limit stands far above what robots and their recorders make, and far below what fills the memory of a small computer.
+A limit is far above the output of robots and their recorders, and far below the memory of a small computer.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ _MIB: Final = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """The most of one thing."""
+    """The largest number of one thing."""
 
     most: int
     unit: str
-    """Thing that is counted, in the plural."""
+    """The counted thing, in the plural."""
     reason: str
 
     def excess(self, found: float, of: str = "") -> str | None:
-        """Say in one clause that ``found`` is too much, with the limit and its reason; None where it is not.
+        """Describe in one clause that ``found`` exceeds the limit, with its reason; None if it does not.
 
         ``of`` names what was counted, such as ``in one chunk``.
         """
@@ -81,10 +81,10 @@ LIMITS: Final[dict[str, Limit]] = {
     "Runs of a sweep": RUNS,
     "Cases of a sweep: inputs, modes and grid": CASES,
 }
-"""Every limit, by what it limits."""
+"""Every limit, by the thing it limits."""
 
 
 def table() -> str:
-    """The table of docs/limits.md, in Markdown."""
+    """Return the table of docs/limits.md, in Markdown."""
     rows = [f"| {name} | {limit.most:,} | {limit.reason} |" for name, limit in LIMITS.items()]
     return "\n".join(["| limit | most | because |", "|---|---|---|", *rows]) + "\n"

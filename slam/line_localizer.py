@@ -1,4 +1,4 @@
-"""Localisation in a saved map: the robot is found from nothing, tracked, and found again; or mapping goes on there."""
+"""Localisation in a saved map without a start pose: search, tracking, and search again when lost; or mapping there."""
 
 from dataclasses import replace
 from time import perf_counter
@@ -24,15 +24,15 @@ from slam.saved_slam import SavedSlam, relocate
 from slam.scan import LaserScan
 
 NO_SEARCH = SearchConfig(below=0.0, distance=1e6, angle=1e6)
-"""The coarse search switched off: many hypotheses take its place until the robot is sure."""
+"""The coarse search switched off: many hypotheses replace it until the robot is sure."""
 
 
 class LineLocalizer:
-    """Takes the place of LineSlam, and leaves the map as it is.
+    """Localises in a map without changing it; it has the interface of LineSlam.
 
-    It follows many hypotheses at once, found by a search over the whole map, until the scans have spoken for one. Then
-    it is sure, and tracks. When the scans speak against it, it is lost and searches again, keeping the hypotheses that
-    it has: they are linked to the new scans by odometry. ``Estimate.lost`` says that it is not sure.
+    It tracks many hypotheses at once, found by a search over the whole map, until the scans favour one. Then it is
+    sure, and tracks only that one. If later scans contradict it, it is lost and searches again, keeping the hypotheses
+    that it has: odometry links them to the new scans. ``Estimate.lost`` is True while it is not sure.
     """
 
     def __init__(
@@ -46,27 +46,27 @@ class LineLocalizer:
         assert isinstance(config.matching, LeastSquaresConfig)
         self.config, self.T_base_laser = config, T_base_laser
         self.points = self.lines = surfel_map
-        self.noise = noise or LearntNoise.start(config.lines)  # of the ranges
-        search = config.matching.search.model_copy(update={"anywhere": 0.0})  # that of the whole map is surer
+        self.noise = noise or LearntNoise.start(config.lines)  # learnt noise of the ranges
+        search = config.matching.search.model_copy(update={"anywhere": 0.0})  # the whole map's is better
         self._tracking = config.matching.model_copy(update={"search": search})
         self._without_search = config.matching.model_copy(update={"search": NO_SEARCH})
         self._search = GlobalSearch.of_map(surfel_map)
         self._hypotheses = [] if T_map_base is None else [self._hypothesis(T_map_base, self._tracking)]
         self.sure = T_map_base is not None
-        """True while the place of the robot is known."""
-        self._told: Pose2D | None = None  # T_map_base, from outside, that the next scan begins at
+        """True while the pose of the robot is known."""
+        self._told: Pose2D | None = None  # T_map_base, given by the user, for the next scan
         self._T_odom_base: Pose2D | None = None
-        self._moved = np.inf  # since the last evidence, metres and radians together; the first scan is evidence
-        self._evidence_at: Pose2D | None = None  # T_map_base of the best hypothesis then: all there is without odometry
+        self._moved = np.inf  # motion since the last evidence, metres and radians added; the first scan is evidence
+        self._evidence_at: Pose2D | None = None  # T_map_base of the best hypothesis then
         self._evidence_count = 0  # pieces of evidence since the last search
 
     @property
     def T_map_base(self) -> Pose2D:
-        """Pose of the best hypothesis; the origin where there is none yet."""
+        """Pose of the best hypothesis; the origin if there is none yet."""
         return self._hypotheses[0].T_map_base if self._hypotheses else Pose2D()
 
     def place(self, T_map_base: Pose2D) -> None:
-        """Let the robot be there at the next scan, and be sure of it until the scans speak against it.
+        """Set the pose at the next scan; it is taken as sure until the scans contradict it.
 
         Any thread may call this.
         """
@@ -96,7 +96,7 @@ class LineLocalizer:
         return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), extraction_time, total_time)
 
     def _match(self) -> Match:
-        """The match of the best hypothesis; its covariance is against the map."""
+        """Return the match of the best hypothesis; its covariance is against the map."""
         if not self._hypotheses:
             return replace(NO_MATCH, lost=True)
         best = self._hypotheses[0]
@@ -109,7 +109,7 @@ class LineLocalizer:
         return motion
 
     def _take_evidence(self, scan: LaserScan, segments: Segments) -> None:
-        """Take the scan as evidence for and against the hypotheses; search where none is good."""
+        """Use the scan as evidence for and against the hypotheses; search if none is good."""
         config = self.config.localization
         self._evidence_count += 1
         for hypothesis in self._hypotheses:
@@ -123,7 +123,7 @@ class LineLocalizer:
             self._hypotheses[0].reconfigure(self._tracking)
 
     def _prune(self) -> None:
-        """Sort the best first; drop those that have come together, and those far behind."""
+        """Sort the best first; drop those that have merged, and those far behind."""
         best_first = sorted(self._hypotheses, key=_most_evidence_first)
         self._hypotheses = []
         for hypothesis in best_first:
@@ -132,13 +132,13 @@ class LineLocalizer:
                 self._hypotheses.append(hypothesis)
 
     def _decided(self) -> bool:
-        """True where the scans have decided for the first hypothesis."""
+        """Return True if the scans have decided for the first hypothesis."""
         config, (best, *others) = self.config.localization, self._hypotheses
         leads = not others or best.evidence - others[0].evidence >= config.sure_by
         return leads and best.mean_agreement >= config.sure_above and self._evidence_count >= config.sure_after
 
     def _search_map(self, scan: LaserScan, segments: Segments) -> None:
-        """Add hypotheses from the whole map; those that are followed already stay, beside the best."""
+        """Add hypotheses from the whole map; existing ones stay."""
         config = self.config.localization
         self._evidence_count = 0
         facets = facets_of(scan, segments, self._tracking.facet_length)
@@ -164,15 +164,15 @@ class LineLocalizer:
 
 
 class LocalizeThenMap:
-    """Localises in a saved map until it is sure, and from then on maps there."""
+    """Localises in a saved map until it is sure, and then maps there."""
 
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, timing: Timing = STEPPED) -> None:
         self.T_base_laser, self._config, self._saved, self._timing = T_base_laser, config, saved, timing
-        self._scans = 0  # until the place was known
+        self._scans = 0  # the last estimate before the pose was known
         self.points = self.lines = saved.mapper.map
         self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map, noise=saved.noise)
         self.slam: LineSlam | None = None
-        """The mapping method, once the place is known."""
+        """The mapping method, once the pose is known."""
 
     @property
     def T_map_base(self) -> Pose2D:
@@ -180,7 +180,7 @@ class LocalizeThenMap:
         return (self.slam or self._localizer).T_map_base
 
     def place(self, T_map_base: Pose2D) -> None:
-        """Let the robot be there at the next scan; nothing once it maps."""
+        """Set the pose at the next scan; no effect once it maps."""
         self._localizer.place(T_map_base)
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
@@ -201,5 +201,5 @@ def _most_evidence_first(hypothesis: PoseHypothesis) -> float:
 
 
 def _size(motion: Pose2D) -> float:
-    """Metres and radians together."""
+    """Return the length of a motion, metres and radians added."""
     return motion.distance(Pose2D()) + abs(motion.theta)

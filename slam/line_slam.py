@@ -28,54 +28,54 @@ class Estimate:
     stamp: float
     T_map_base: Pose2D
     segments: Segments | None = None
-    """Segments in the sensor frame; None where the scan was not used and the pose is odometry since one that was."""
+    """Segments in the sensor frame; None if the scan was not used and the pose is odometry since one that was."""
     match: Match = NO_MATCH
     map_points: int = 0
     """Size of the map after this scan: points in paper mode, surfels in this project's own."""
     extraction_time: float = 0.0
-    """Seconds of wall time for the extraction of the segments ..."""
+    """Seconds of wall time for the extraction of the segments."""
     total_time: float = 0.0
-    """... and for all of the update."""
+    """Seconds of wall time for the whole update."""
     T_map_local: Pose2D = _ORIGIN
-    """Pose of the frame in which odometry and matching put the robot; it drifts, and jumps where a loop is closed."""
+    """Pose of the frame ``local`` of odometry and matching; it drifts, and jumps when a loop is closed."""
     closure: Closure | None = None
-    """The closure that was taken over at this scan: pose and map have changed as a whole."""
+    """The closure that was applied at this scan: pose and map have changed as a whole."""
     back_end_lost: str = ""
-    """Reason why the process that closes loops ended too early; empty while it runs, or where there is none."""
+    """Reason why the process that closes loops ended too early; empty while it runs, or without one."""
 
     @property
     def T_local_base(self) -> Pose2D:
-        """The pose as odometry and matching have it, which no closed loop moves."""
+        """Pose of odometry and matching, which closed loops do not change."""
         return self.T_map_local.inverse() @ self.T_map_base
 
     @property
     def mapped(self) -> bool:
-        """True where the scan was matched and offered to the map."""
+        """True if the scan was matched and offered to the map."""
         return self.segments is not None
 
     @property
     def covariance(self) -> FloatArray | None:
-        """Covariance (3, 3) of x, y, theta of ``T_map_base``, map frame, against the truth; None in paper mode."""
+        """Covariance (3, 3) of x, y, theta of ``T_map_base``, map frame, against the true pose; None in paper mode."""
         return self.match.covariance
 
     @property
     def unconstrained(self) -> FloatArray | None:
-        """Directions (K, 3) in which the scan said nothing and odometry stands, see Match; None in paper mode."""
+        """Directions (K, 3) that the scan did not constrain and odometry fixes, see Match; None in paper mode."""
         return self.match.unconstrained
 
     @property
     def lost(self) -> bool:
-        """True where the last scans did not fit the map."""
+        """True if the last scans did not fit the map."""
         return self.match.lost
 
     @property
     def odometry_only(self) -> bool:
-        """True where the pose is odometry alone since the last scan that said where the robot is."""
+        """True if the pose is odometry alone since the last scan that was accepted."""
         return not self.mapped or self.match.odometry_only
 
 
 class LineSlam:
-    """Localisation by matching each scan to the map, and the map that this makes."""
+    """Localisation by matching each scan to the map, and mapping."""
 
     def __init__(
         self,
@@ -87,22 +87,22 @@ class LineSlam:
     ) -> None:
         self.config, self.timing = config, timing
         self.T_base_laser = T_base_laser
-        self.T_local_base = T_map_base or Pose2D()  # the anchor: at the first scan it is the truth (section 4)
-        self.noise = LearntNoise.start(config.lines)  # of the ranges
+        self.T_local_base = T_map_base or Pose2D()  # the anchor: the true pose at the first scan (section 4)
+        self.noise = LearntNoise.start(config.lines)  # learnt noise of the ranges
         self.mapper: Mapper = make_mapper(config, T_base_laser, seed)
         self.loops = LoopClosing.beside(self.mapper, timing)
-        self.scans = 0  # until now
-        self.T_odom_base: Pose2D | None = None  # with the last scan
-        self.T_local_mapped: Pose2D | None = None  # T_local_base with the last scan that was matched
+        self.scans = 0  # number of scans so far
+        self.T_odom_base: Pose2D | None = None  # odometry at the last scan
+        self.T_local_mapped: Pose2D | None = None  # T_local_base at the last scan that was matched
 
     @property
     def T_map_base(self) -> Pose2D:
-        """The estimate: the frame ``local`` of odometry and matching lies where the map has it."""
+        """Current estimate ``T_map_base``; the map defines the pose of the frame ``local``."""
         return self.T_map_local @ self.T_local_base if self.loops else self.T_local_base
 
     @property
     def T_map_local(self) -> Pose2D:
-        """Place in the map of the frame in which odometry and matching go on."""
+        """Pose in the map of the frame of odometry and matching."""
         return self.loops.T_map_local if self.loops else _ORIGIN
 
     @property
@@ -135,9 +135,9 @@ class LineSlam:
         return self._estimate(scan.stamp, began, segments, match, extraction_time, closure)
 
     def finish(self) -> ClosedRun | None:
-        """Close the last loops after the last scan, and refine all of the run; None where loops are not closed.
+        """Close the last loops after the last scan, and refine the whole run; None if loops are not closed.
 
-        BackEndLost where the process that closes them ended before its time: the run stays as it was known on the way.
+        BackEndLost if the process that closes them ended too early: the run then stays unchanged.
         """
         return self.loops.finish(self.T_base_laser) if self.loops else None
 
@@ -153,14 +153,17 @@ class LineSlam:
         )  # fmt: skip
 
     def _predict(self, odometry: Odometry) -> Pose2D:
-        """Predict the pose of the base: moved as the wheels say, or where it was, as in eq. (20)."""
+        """Predict the pose of the base: moved by the odometry, or unchanged, as in eq. (20)."""
         last, self.T_odom_base = self.T_odom_base, odometry.T_odom_base
         if last is None or not self.config.odometry:
             return self.T_local_base
         return self.T_local_base @ last.between(odometry.T_odom_base)
 
     def _moved_enough(self, prior: Pose2D) -> bool:
-        """Tell if the base has moved enough for a scan to be used; the paper uses each, as update_distance = 0 does."""
+        """Return True if the base has moved enough for a scan to be used.
+
+        The paper uses each, like update_distance = 0.
+        """
         if self.T_local_mapped is None:
             return True
         motion = self.T_local_mapped.between(prior)

@@ -1,7 +1,7 @@
-"""Machine code of a hot loop, made once: together with the code of all that it calls."""
+"""Machine code of a hot loop, compiled once, together with the code of all its callees."""
 
 # mypy: disable-error-code="no-untyped-call"
-# numba's classes have types in part.
+# numba's classes are typed only in part.
 
 import gc
 from collections.abc import Iterator
@@ -11,40 +11,77 @@ from typing import Any
 
 from llvmlite.binding import Linkage  # type: ignore[import-untyped]
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.core.targetconfig import TargetConfig
 
 
 @contextmanager
 def making_code(target_context: Any) -> Iterator[None]:
-    """Let numba make the code of this module; the caller holds numba's lock.
+    """Let numba compile with this module; the caller holds numba's lock.
 
-    Garbage waits until then: numba makes so many objects that looking for it takes a twelfth of the time.
+    Meanwhile numba makes no entries for C, which nobody calls, and compares its flags quickly. Garbage collection is
+    off: with numba's many objects it would take a twelfth of the time.
     """
-    from numba.np import arrayobj  # 0.03 s, not spent where slam is only imported
+    from numba.np import arrayobj  # 0.03 s, not spent if slam is only imported
 
     collects = gc.isenabled()
     gc.disable()
-    usual, target_context._internal_codegen = target_context.codegen(), _code_generator()
-    shapes_differ, arrayobj.raise_with_shape_context = arrayobj.raise_with_shape_context, _shape_error()
     try:
-        yield
+        with (
+            _instead(target_context, _internal_codegen=_code_generator(), create_cfunc_wrapper=_nothing),
+            _instead(arrayobj, raise_with_shape_context=_shape_error()),
+            _instead(TargetConfig, __hash__=_flags_hash, __eq__=_same_flags),
+        ):
+            yield
     finally:
-        target_context._internal_codegen = usual
-        arrayobj.raise_with_shape_context = shapes_differ
         if collects:
             gc.enable()
 
 
+@contextmanager
+def _instead(owner: Any, **attributes: Any) -> Iterator[None]:
+    """Set these attributes of an object or class of numba's while the block runs."""
+    usual = {name: getattr(owner, name) for name in attributes}
+    for name, value in attributes.items():
+        setattr(owner, name, value)
+    try:
+        yield
+    finally:
+        for name, value in usual.items():
+            setattr(owner, name, value)
+
+
+def _nothing(*_: Any) -> None: ...
+
+
+def _flags_hash(flags: TargetConfig) -> int:
+    return _hash_of_names(type(flags))
+
+
+@cache
+def _hash_of_names(flags: type[TargetConfig]) -> int:
+    return hash(tuple(sorted(flags.options)))
+
+
+def _same_flags(flags: TargetConfig, other: object) -> Any:
+    """Compare the options that are set in either; the others have their default in both."""
+    if type(flags) is not type(other):
+        return NotImplemented
+    one, two = flags._values, other._values
+    return one == two or all(getattr(flags, name) == getattr(other, name) for name in one.keys() | two.keys())
+
+
 def makes_code(target_context: Any) -> bool:
-    """Return True where a hot loop is just being compiled; what is compiled now is called by it."""
+    """Return True if a hot loop is being compiled; the present function is then called by it."""
     return isinstance(target_context.codegen(), _CodeGenerator)
 
 
 class _Code(JITCodeLibrary):
-    """Code of a function, optimised when Python first asks for it, with copies of all that it calls.
+    """Code of a function, optimised when Python first asks for it, with copies of all its callees.
 
-    numba optimises a function alone, and once more with each of its callers and theirs. Here a function that only
-    compiled code calls is a part of its callers, and never finished. A caller has copies of its own: optimised with
-    it, they may add in another order than the callee alone, and the bits must not depend on which was compiled before.
+    numba optimises a function alone, and again with each of its direct and indirect callers. Here a function that only
+    compiled code calls is a part of its callers, and never optimised alone. A caller has its own copies: optimised with
+    the caller, they may add in another order than the callee alone, and results must not depend on which was compiled
+    first.
     """
 
     _alone: Any = None
@@ -56,11 +93,11 @@ class _Code(JITCodeLibrary):
         self._linking_libraries.append(library)
 
     def get_pointer_to_function(self, name: str) -> Any:
-        """Return the address of a function, 0 where there is none: parts have no entry for Python."""
+        """Return the address of a function, 0 if it has none: parts have no entry for Python."""
         return super().get_pointer_to_function(name) if self._finalized or self._has(name) else 0
 
     def finalize(self) -> None:
-        """Link and optimise; the parts that this is made from stay as they are, for other callers."""
+        """Link and optimise; the parts stay unchanged for other callers."""
         self._alone, self._final_module = self._final_module, self._final_module.clone()
         own = {function.name for function in self._alone.functions if not function.is_declaration}
         for library in self._callees():
@@ -76,7 +113,10 @@ class _Code(JITCodeLibrary):
 
     @cached_property
     def part(self) -> Any:
-        """Code of this function alone, which its callers link; the same helper of numba's may be in two of them."""
+        """Return the code of this function alone, which its callers link.
+
+        Two of them may contain the same helper of numba's.
+        """
         module = (self._alone or self._final_module).clone()
         for function in module.functions:
             if not function.is_declaration and function.linkage == Linkage.external:
@@ -87,7 +127,7 @@ class _Code(JITCodeLibrary):
         return any(function.name == name for function in self._final_module.functions)
 
     def _callees(self) -> list[Any]:
-        """All that is reached by calls, each once."""
+        """Return all direct and indirect callees, each once."""
         found: list[Any] = [self]
         for library in found:
             found += [callee for callee in dict.fromkeys(library._linking_libraries) if callee not in found]
@@ -95,7 +135,7 @@ class _Code(JITCodeLibrary):
 
 
 class _CodeGenerator(JITCPUCodegen):
-    """Generates such code, in an engine of its own."""
+    """Generates such code, in its own engine."""
 
     _library_class = _Code
 
@@ -106,7 +146,7 @@ class _CodeGenerator(JITCPUCodegen):
 
 @cache
 def _shape_error() -> Any:
-    """Raises the error of an assignment to a slice; numba's own words name the shapes, and take 3 s to compile."""
+    """Raises the error of an assignment to a slice; numba's own message names the shapes, and takes 3 s to compile."""
     from numba.extending import overload
 
     def shapes_differ(from_shape: Any, to_shape: Any) -> None: ...

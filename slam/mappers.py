@@ -1,4 +1,4 @@
-"""The mapper that the settings name: a matcher with its map, with loops or without."""
+"""Makes the configured mapper: a matcher with its map, with or without loop closing."""
 
 from slam.config import ForceFieldConfig, LeastSquaresConfig, OwnMethod, PointMapConfig, SlamConfig, SurfelMapConfig
 from slam.graph.submap_mapper import SubmapMapper
@@ -11,7 +11,7 @@ from slam.pose import Pose2D
 
 
 def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
-    """The mapper of these settings; SlamConfig has seen to it that the two parts fit."""
+    """Make the mapper of these settings; SlamConfig has checked that its parts fit together."""
     if isinstance(config.matching, OwnMethod):
         return OwnMapper(config.matching, T_base_laser, seed)
     if isinstance(config.matching, ForceFieldConfig) and isinstance(config.map, PointMapConfig):
@@ -21,7 +21,10 @@ def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
 
 
 def surfel_mapper(config: SlamConfig, T_base_laser: Pose2D, state: SurfelMapperState, submap: int = 0) -> SurfelMapper:
-    """This project's own mapper from a state; where loops are closed, on rolling submaps from this number on."""
+    """Make this project's own mapper from a state.
+
+    With loop closing, it uses submaps, numbered from ``first_submap``.
+    """
     assert isinstance(config.matching, LeastSquaresConfig)
     if config.loops == "never":
         return SurfelMapper(state, config.matching, T_base_laser, config.odometry)

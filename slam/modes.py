@@ -1,4 +1,4 @@
-"""The modes: which method each part of the SLAM has where a scenario names none."""
+"""The modes: the default method of each part of the SLAM."""
 
 from collections.abc import Mapping
 from typing import Final, Literal, NamedTuple
@@ -7,7 +7,7 @@ ModeName = Literal["hopslam", "paper", "dead_reckoning"]
 
 
 class Mode(NamedTuple):
-    """The methods of the three parts, and the settings beside them that the mode changes."""
+    """The methods of the three parts, and the other settings that the mode changes."""
 
     lines: str
     map: str
@@ -20,7 +20,7 @@ MODES: Final[dict[ModeName, Mode]] = {
     "paper": Mode("paper", "points", "force_field", {"deskew": False, "loops": "never"}),
     "dead_reckoning": Mode("chi_square", "surfels", "least_squares"),  # none of them is used
 }
-"""In the order in which reports show them; the first is the default."""
+"""Modes in the order of reports; the first is the default."""
 
 
 def mode_with(part: str, method: str) -> ModeName | None:

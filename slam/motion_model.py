@@ -9,13 +9,13 @@ from slam.config import LeastSquaresConfig, MotionConfig
 from slam.pose import FloatArray, Pose2D
 
 BEYOND = 9.0
-"""The model of odometry expects squared corrections of up to this many variances."""
+"""Largest squared corrections, in variances, that the model of odometry expects."""
 
 
 def motion_covariance(motion: Pose2D, heading: float, config: MotionConfig) -> FloatArray:
-    """Covariance (3, 3) of x, y, theta in the map frame of a motion that began at ``heading`` (radians) there.
+    """Return the covariance (3, 3) of x, y, theta in the map frame for a motion that began at ``heading`` (radians).
 
-    Standard deviations grow in proportion to the way and to the turn; they are laid along and across the mean heading.
+    Standard deviations are proportional to distance and turn, along and across the mean heading.
     """
     travelled, turned = motion.distance(Pose2D()), abs(motion.theta)
     along = (config.along * travelled) ** 2 + config.least**2
@@ -33,16 +33,16 @@ def motion_covariance(motion: Pose2D, heading: float, config: MotionConfig) -> F
 
 
 def propagate(covariance: FloatArray, start: Pose2D, end: Pose2D) -> FloatArray:
-    """Carry a covariance (3, 3) of a pose from ``start`` to ``end``, the motion between them being certain.
+    """Transform a covariance (3, 3) of a pose from ``start`` to ``end``, with an exact motion between them.
 
     An error of the heading becomes one of the position.
     """
-    return _carried(np.ascontiguousarray(covariance), start.y - end.y, end.x - start.x)
+    return carried(np.ascontiguousarray(covariance), start.y - end.y, end.x - start.x)
 
 
 @compiled
-def _carried(covariance: FloatArray, x_by_turn: float, y_by_turn: float) -> FloatArray:
-    """F C F^T for F = [[1, 0, x_by_turn], [0, 1, y_by_turn], [0, 0, 1]]."""
+def carried(covariance: FloatArray, x_by_turn: float, y_by_turn: float) -> FloatArray:
+    """Return F C F^T (3, 3) for F = [[1, 0, x_by_turn], [0, 1, y_by_turn], [0, 0, 1]]."""
     C = covariance.copy()
     for j in range(3):
         C[0, j] += x_by_turn * C[2, j]
@@ -54,7 +54,7 @@ def _carried(covariance: FloatArray, x_by_turn: float, y_by_turn: float) -> Floa
 
 
 def excess_covariance(excess: FloatArray) -> FloatArray:
-    """Covariance (3, 3) of the errors of odometry beyond its model, whose variances (2,) are m^2 and rad^2."""
+    """Return the covariance (3, 3) of odometry errors beyond the model, with variances (2,) in m^2 and rad^2."""
     place, heading = excess
     return np.array([[place, 0.0, 0.0], [0.0, place, 0.0], [0.0, 0.0, heading]])
 
@@ -62,13 +62,13 @@ def excess_covariance(excess: FloatArray) -> FloatArray:
 def updated_excess(
     excess: FloatArray, correction: FloatArray, motion: FloatArray, config: LeastSquaresConfig
 ) -> FloatArray:
-    """The envelope (2,), m^2 and rad^2, of squared corrections (3,) of odometry.
+    """Return the envelope (2,), m^2 and rad^2, of squared corrections (3,) of odometry.
 
-    Only what is beyond three standard deviations of the covariance (3, 3) of the motion counts: it rises at once, fades
-    by ``memory``, and never asks for more than the search can look through.
+    Only the part beyond three standard deviations of the covariance (3, 3) of the motion counts: the envelope rises at
+    once, decays by ``memory``, and stays within the search window.
 
-    A factor on the variances does not help where the wheels say nothing: nothing times any factor is nothing. Wheels
-    that failed once fail again soon, so that a mean over scans that were good between would be too small.
+    A factor on the variances does not help if the wheels report no motion, as the variance is then zero. Wheels that
+    failed once fail again soon, so that a mean over the good scans between would be too small.
     """
     dx, dy, turn = correction
     place = 0.5 * (dx * dx + dy * dy) - BEYOND * max(motion[0, 0], motion[1, 1])

@@ -1,4 +1,4 @@
-"""Code named as ``module:name``, imported when it is used, a user's own only if allowed; and optional packages."""
+"""Imports code named as ``module:name``, a user's own only if allowed, and optional packages."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -15,13 +15,13 @@ _NAMED: Final = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
 
 
 def import_by_name(place: str) -> Any:
-    """Import what stands at ``module:name``; InputError when there is no such module, or nothing of that name in it."""
+    """Import the object at ``module:name``; InputError if there is no such module, or no such name in it."""
     module, _, name = place.partition(":")
     try:
         return getattr(import_module(module), name)
     except ModuleNotFoundError as error:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
-            raise  # the module is there, and misses another one
+            raise  # the module exists, and another one is missing
         raise InputError(
             f"{place}: Python finds no module {error.name}; put its folder on PYTHONPATH, or install it"
         ) from error
@@ -30,7 +30,7 @@ def import_by_name(place: str) -> Any:
 
 
 def import_optional(module: str, extra: str) -> Any:
-    """Import the module; InputError names the command that installs it, with its ``extra``, where it is missing."""
+    """Import an optional module; if it is missing, InputError gives the command that installs the ``extra``."""
     try:
         return import_module(module)
     except ImportError as error:
@@ -39,13 +39,13 @@ def import_optional(module: str, extra: str) -> Any:
 
 
 def is_allowed(place: str, allowed: Sequence[str]) -> bool:
-    """Tell if ``allowed`` has this place, its module, or a package that holds the module."""
+    """Return True if ``allowed`` has this place, its module, or a package that contains the module."""
     module = place.partition(":")[0]
     return place in allowed or any(f"{module}.".startswith(f"{name}.") for name in allowed if ":" not in name)
 
 
 def refusal(place: str) -> str:
-    """Say why a file may not name this place, and how the user allows it."""
+    """Describe why a file may not name this place, and how the user allows it."""
     module = place.partition(":")[0]
     return (
         f"a file may not run code, and {place} is code; if you trust the module {module}, add --allow-module {module} "
@@ -56,8 +56,8 @@ def refusal(place: str) -> str:
 def find_code(place: str, allowed: Sequence[str]) -> Any:
     """Import the function or class at this place.
 
-    InputError where it is not allowed, is not there, or its module fails. To allow a module is to allow what its own
-    package defines, and not what it has imported from others.
+    InputError if it is not allowed, does not exist, or its module fails. Allowing a module allows what its own package
+    defines, and not what it has imported from others.
     """
     if not is_allowed(place, allowed):
         raise InputError(refusal(place))
@@ -84,7 +84,7 @@ def call(
 ) -> Any:
     """Call the code, and return its result. ``options`` are the user's keyword arguments, ``more`` are this project's.
 
-    Raises ``raises``, of one line, where it takes no such arguments or raises anything but an error of this project.
+    Raises ``raises``, of one line, if it does not take these arguments or raises anything but an error of this project.
     """
     try:
         return code(*arguments, **more, **options)
@@ -96,13 +96,13 @@ def call(
 
 
 def _defined_there(code: Any, place: str) -> bool:
-    """Tell if the package of the module at this place also holds the definition."""
+    """Return True if the definition is in the same package as the module at this place."""
     package = str(import_module(place.partition(":")[0]).__name__).partition(".")[0]
     return str(getattr(code, "__module__", "")).partition(".")[0] == package
 
 
 def _refused(code: Any, arguments: Sequence[Any], more: Mapping[str, Any], options: Mapping[str, Any]) -> str | None:
-    """Say which arguments the code does not take; None where it takes them, or does not say what it takes."""
+    """List the arguments that the code does not take; None if it takes all, or if its signature is unknown."""
     try:
         taken = signature(code)
     except (TypeError, ValueError):
@@ -120,7 +120,7 @@ def _refused(code: Any, arguments: Sequence[Any], more: Mapping[str, Any], optio
 
 
 def _one_line(error: Exception, place: str) -> str:
-    """Describe the error in one line, with the line of the module in which it came up."""
+    """Describe the error in one line, with the line of the module in which it occurred."""
     if isinstance(error, SyntaxError):
         return f"SyntaxError: {error.msg} ({error.filename}:{error.lineno})"
     file = getattr(sys.modules.get(place.partition(":")[0]), "__file__", None)

@@ -1,4 +1,4 @@
-"""Modules that were moved, still found under their old names, with a warning that says the new one."""
+"""Finds renamed modules under their old names, with a warning that gives the new one."""
 
 import sys
 import warnings
@@ -30,11 +30,11 @@ MOVED: Final = {
     "slam.run.terminal": "slam.console.terminal",
     "slam.run.terminal_table": "slam.console.terminal_table",
 }
-"""Modules and packages that docs or settings named, by their old names; the longest name that fits counts."""
+"""Modules and packages that docs or settings named, by their old names; the longest match counts."""
 
 
 class _Copy(Loader):
-    """Fills a module of an old name with what the module of the new name holds."""
+    """Fills a module with an old name with the contents of the renamed module."""
 
     def __init__(self, new: str) -> None:
         self._new = new
@@ -45,12 +45,12 @@ class _Copy(Loader):
 
 
 class OldNames(MetaPathFinder):
-    """Finds a moved module, and warns with FutureWarning."""
+    """Finds a renamed module, and warns with FutureWarning."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """The module of this old name; None where the name is not old."""
+        """Return the module with this old name; None for any other name."""
         if not fullname.startswith(("slam.", "sim.")):
             return None
         old = max((name for name in MOVED if f"{fullname}.".startswith(f"{name}.")), key=len, default=None)
@@ -62,6 +62,6 @@ class OldNames(MetaPathFinder):
 
 
 def find_old_names() -> None:
-    """Let Python find moved modules under their old names, before it looks into folders that a move left behind."""
+    """Let Python find renamed modules under their old names, before folders that a renaming left behind."""
     if not any(isinstance(finder, OldNames) for finder in sys.meta_path):
         sys.meta_path.insert(0, OldNames())

@@ -1,4 +1,4 @@
-"""Checks of what a user's own code returns, made before anything computes with it."""
+"""Checks of the results of a user's own code, before they are used."""
 
 from collections.abc import Sequence
 from math import isfinite
@@ -12,19 +12,19 @@ from slam.errors import HopslamError, InputError
 
 
 def expect(place: str, value: Any, kind: type, raises: type[HopslamError] = InputError) -> None:
-    """Require a value of this kind; else raise ``raises``, which names the place and what it returned."""
+    """Check that a value is of this kind; else raise ``raises``, with the place and the returned value."""
     if not isinstance(value, kind):
         raise raises(f"{place} returned {type_name(value)}, not {kind.__name__}; see docs/extend.md")
 
 
 def expect_parts(place: str, value: Any, names: Sequence[str], kind: str) -> None:
-    """Require the attributes that a ``kind`` has; InputError names those that the value lacks."""
+    """Check that a value has the attributes of a ``kind``; InputError lists the missing ones."""
     if missing := [name for name in names if not hasattr(value, name)]:
         raise InputError(f"{place} is no {kind}: {type_name(value)} has no {', '.join(missing)}; see docs/extend.md")
 
 
 def type_name(value: Any) -> str:
-    """Name the type of a value, in a user's words."""
+    """Describe the type of a value for a user."""
     return "None" if value is None else type(value).__name__
 
 
@@ -47,7 +47,7 @@ def expect_array(what: str, value: Any, shape: tuple[int | None, ...], kind: typ
 
 
 def expect_numbers(what: str, value: Any, names: tuple[str, ...]) -> None:
-    """Require that these attributes are finite numbers; InputError begins with ``what`` and names the first other."""
+    """Check that these attributes are finite numbers; InputError begins with ``what`` and names the first other."""
     for name in names:
         number = getattr(value, name)
         if not isinstance(number, Real) or not isfinite(number):

@@ -1,7 +1,7 @@
-"""A saved state of the method, resumed where it stopped or relocated to another place in the same map.
+"""A saved state of the method, resumed at its end or relocated to another pose in the same map.
 
-Where the graph of the map is known, a relocated robot closes loops with it, and the map as a whole may move; else it
-stays as it is.
+If the graph of the map is known, a relocated robot closes loops with it, which may change the whole map; otherwise the
+old map does not change.
 """
 
 from dataclasses import dataclass
@@ -22,30 +22,30 @@ from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import Pose2D
 
 RELOCATION_COVARIANCE = np.diag([0.05**2, 0.05**2, 0.05**2])
-"""Covariance of x, y, theta, metres and radians, of the pose to which a robot is relocated."""
+"""Standard deviations squared of x, y, theta, metres and radians, of the pose to which a robot is relocated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SavedSlam:
-    """The state of LineSlam with this project's matcher and map; the arrays are shared with it."""
+    """State of LineSlam with this project's matcher and map; the arrays are shared with it."""
 
     mapper: SurfelMapperState
     T_map_base: Pose2D
-    """The last estimate ..."""
+    """The last estimate; None before the first scan."""
     T_odom_base: Pose2D | None
-    """... and the odometry with it; None before the first scan."""
+    """The odometry at the last estimate; None before the first scan."""
     T_map_mapped: Pose2D | None
-    """The last estimate whose scan was matched."""
+    """The last estimate of a matched scan."""
     noise: LearntNoise
-    """The noise of the ranges."""
+    """Learnt noise of the ranges."""
     graph: KnownGraph | None = None
-    """Graph that the map rests on; None where the map alone is known."""
+    """Graph of the map; None if only the map is known."""
 
 
 def save(slam: LineSlam, closed: ClosedRun | None = None) -> SavedSlam | None:
     """Save the state for ``resume`` and ``relocate``; None for a map that is not this project's own.
 
-    Where loops are closed, the map is that of the run that is over, or, without it, the map as it is known until now.
+    With loop closing, the map is that of the finished run, or, before its end, the present map.
     """
     if not isinstance(slam.mapper, SurfelMapper):
         return None
@@ -60,7 +60,7 @@ def save(slam: LineSlam, closed: ClosedRun | None = None) -> SavedSlam | None:
 
 
 def resume(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSlam:
-    """Continue as if the method had never stopped, with the next scan and odometry of the same run."""
+    """Continue with the next scan and odometry of the same run, as if the method had never stopped."""
     config = _in_one_map(config)
     slam = LineSlam(config, T_base_laser, saved.T_map_base)
     slam.mapper, slam.noise = surfel_mapper(config, T_base_laser, saved.mapper), saved.noise
@@ -71,9 +71,9 @@ def resume(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSl
 def relocate(
     config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, T_map_base: Pose2D, timing: Timing = STEPPED
 ) -> LineSlam:
-    """Continue in the saved map with a robot that begins anew at ``T_map_base``, and its odometry with it.
+    """Continue in the saved map with a robot that restarts at ``T_map_base``, with new odometry.
 
-    ``timing`` says when loops, also those with the graph of the map, move that.
+    ``timing`` says when loops, including those with the graph of the map, change it.
     """
     graph = saved.graph
     config = _in_one_map(config) if graph is None else config
@@ -86,5 +86,5 @@ def relocate(
 
 
 def _in_one_map(config: SlamConfig) -> SlamConfig:
-    """The settings without loops: a map whose submaps nobody knows does not move."""
+    """Return the settings without loop closing: a map without known submaps cannot be corrected."""
     return config.model_copy(update={"loops": "never"})

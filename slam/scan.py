@@ -16,7 +16,7 @@ BEARING, COS, SIN = range(3)
 
 @lru_cache(maxsize=64)
 def even_fan(angle_min: float, angle_increment: float, beams: int) -> FloatArray:
-    """Return the fan (3, N) of evenly spaced beams; not to be written to."""
+    """Return the fan (3, N) of evenly spaced beams; must not be written to."""
     angles = angle_min + angle_increment * np.arange(beams, dtype=np.float64)
     return np.stack([angles, np.cos(angles), np.sin(angles)])
 
@@ -25,7 +25,7 @@ def even_fan(angle_min: float, angle_increment: float, beams: int) -> FloatArray
 class LaserScan:
     """One scan in the sensor frame (x forward, y left); beam ``j`` points at ``angle_min + j * angle_increment``.
 
-    ``ranges`` has shape (N,), in metres; as REP-117 has it, ``inf`` means no echo, ``-inf`` too close and ``nan`` an
+    ``ranges`` has shape (N,), in metres; following REP-117, ``inf`` means no echo, ``-inf`` too close and ``nan`` an
     erroneous reading. ``stamp`` is the time of the first beam in seconds; ``time_increment`` the time between two beams
     (0 when they are taken at once).
     """
@@ -39,7 +39,7 @@ class LaserScan:
     time_increment: float = 0.0
     scan_time: float = 0.1
     beam_fan: FloatArray | None = None
-    """The fan (3, N) of a scan that was deskewed; None where the beams are evenly spaced."""
+    """The fan (3, N) of a deskewed scan; None if the beams are evenly spaced."""
 
     @property
     def angle_max(self) -> float:
@@ -48,7 +48,7 @@ class LaserScan:
 
     @property
     def fan(self) -> FloatArray:
-        """Bearings of all beams in the sensor frame, their cosines and sines, shape (3, N); not to be written to."""
+        """Bearings of all beams in the sensor frame, their cosines and sines, shape (3, N); must not be written to."""
         if self.beam_fan is None:
             return even_fan(self.angle_min, self.angle_increment, len(self.ranges))
         return self.beam_fan
@@ -59,7 +59,7 @@ class LaserScan:
         return self.lidar.angles if self.beam_fan is None else self.beam_fan[BEARING]
 
     def __eq__(self, other: object) -> bool:
-        """Bit by bit; two ``nan`` readings are equal."""
+        """Compare bit by bit; two ``nan`` readings are equal."""
         if not isinstance(other, LaserScan):
             return NotImplemented
         same = (self.stamp, self.lidar, self.time_increment) == (other.stamp, other.lidar, other.time_increment)
@@ -77,16 +77,16 @@ class LaserScan:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Least and greatest range of an echo, metres; both are finite, so that ``inf`` lies beyond."""
+        """Least and greatest range of an echo, metres; both are finite, so that ``inf`` is outside."""
         return self.range_min, min(self.range_max, float_info.max)
 
     @property
     def echoes(self) -> NDArray[np.bool_]:
-        """True for each beam that came back with a range inside the sensor's reach, shape (N,)."""
+        """True for each beam with an echo within the sensor's range limits, shape (N,)."""
         return np.isfinite(self.ranges) & (self.ranges >= self.range_min) & (self.ranges <= self.range_max)
 
     def points(self) -> FloatArray:
-        """End points of the beams that came back, in beam order, shape (M, 2), sensor frame: eq. (1)."""
+        """Return end points of the beams with an echo, in beam order, shape (M, 2), sensor frame: eq. (1)."""
         echoes = self.echoes
         d, theta = self.ranges[echoes], self.bearings[echoes]
         return d[:, None] * unit_vectors(theta)  # eq. (1)

@@ -1,4 +1,4 @@
-"""The sonar rings of a Pioneer P3-DX: where each transducer sits on the base and where it points."""
+"""The sonar rings of a Pioneer P3-DX: position and direction of each transducer on the base."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -15,14 +15,17 @@ _MILLIMETRES_AND_DEGREES: Final = np.array(
     np.float64,
 )  # fmt: skip
 TRANSDUCERS: Final = _MILLIMETRES_AND_DEGREES * np.array([1e-3, 1e-3, np.pi / 180.0])
-"""(16, 3): x, y, bearing in the frame of the base, metres and radians: the front ring from left to right, then the rear
-one from right to left (SonarUnit of ARIA's p3dx-sh.p)."""
+"""(16, 3): x, y, bearing in the base frame, metres and radians: the front ring from left to right, then the rear one
+from right to left (SonarUnit of ARIA's p3dx-sh.p)."""
 FRONT: Final = 8
 """Number of transducers in the front ring."""
 
 
 def echo_points(ranges: Sequence[float]) -> FloatArray:
-    """Return the middles of the echoes (K, 2), frame of the base, of the transducers in their order; no echo is inf."""
+    """Return the middles of the echoes (K, 2), base frame, from the ranges of the transducers in order.
+
+    The range is inf without an echo.
+    """
     known = np.array(ranges[: len(TRANSDUCERS)], np.float64)
     ring = TRANSDUCERS[: len(known)]
     points = ring[:, :2] + np.where(np.isfinite(known), known, 0.0)[:, None] * unit_vectors(ring[:, 2])

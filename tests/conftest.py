@@ -3,13 +3,15 @@
 import fcntl
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
+from slam.errors import RobotError
 from slam.pose import FloatArray, Pose2D
 from slam.run.experiment_setup import replay_experiment
 from slam.scan import LaserScan
@@ -28,6 +30,33 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--all-faults", action="store_true", help="Let every write fail, not a sample of them; kill commands."
     )
+
+
+NO_PYBULLET = f"no PyBullet: it has no wheel for CPython {sys.version_info.major}.{sys.version_info.minor}"
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Skip test files that import PyBullet where it is not installed."""
+    report = yield
+    if report.failed and _misses_pybullet(str(report.longrepr)):
+        report.outcome, report.longrepr = "skipped", (report.nodeid, 1, f"Skipped: {NO_PYBULLET}")
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Generator[None, None, None]:
+    """Skip tests that start PyBullet where it is not installed."""
+    try:
+        yield
+    except RobotError as error:
+        if _misses_pybullet(str(error)):
+            pytest.skip(NO_PYBULLET)
+        raise
+
+
+def _misses_pybullet(message: str) -> bool:
+    return "PyBullet is not installed" in message and find_spec("pybullet") is None
 
 
 @pytest.fixture

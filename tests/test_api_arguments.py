@@ -37,6 +37,7 @@ FAULTS: dict[str, tuple[Any, Any, str]] = {
     "negative": (with_item(RANGES, 5, -1.0), ANGLES, r"ranges\[5\] is -1, below 0.*nan"),
     "millimetres": (1000.0 * RANGES + 0.5, ANGLES, r"millimetres.*2500\.5.*divide by 1000"),
     "whole millimetres": (np.full(101, 25), ANGLES, r"millimetres.*divide by 1000"),
+    "centimetres": (100.0 * RANGES + 0.5, ANGLES, r"millimetres or centimetres.*250\.5.*divide by 1000 or 100"),
     "no angles": (RANGES, None, r"angles are missing.*radians"),
     "too few angles": (RANGES, ANGLES[:-1], r"angles has 100 values for 101 ranges"),
     "an angle that is nan": (RANGES, with_item(ANGLES, 9, np.nan), r"angles\[9\] is nan"),
@@ -76,7 +77,13 @@ def test_a_wrong_odometry_is_named_with_its_cure(odometry: Any, message: str) ->
 
 @pytest.mark.parametrize(
     ("stamp", "message"),
-    [(4.9, r"4\.9, not after 5\.0"), (5.0, "not after"), (np.inf, "not finite"), ("now", "'now', no number")],
+    [
+        (4.9, r"4\.9, not after 5\.0"),
+        (5.0, "not after"),
+        (np.inf, "not finite"),
+        ("now", "'now', no number"),
+        (1.7e18, "nanoseconds; give seconds"),
+    ],
 )
 def test_a_wrong_stamp_is_named_with_its_cure(stamp: Any, message: str) -> None:
     slam = hopslam.Slam()
@@ -94,6 +101,7 @@ def test_a_wrong_stamp_is_named_with_its_cure(stamp: Any, message: str) -> None:
         ({"start": (0, 0, 180)}, r"start\[2\].*degrees"),
         ({"T_base_laser": (0, 0)}, "T_base_laser has 2 values"),
         ({"range_min": 3.0, "range_max": 2.0}, "range_max is 2, not 3 or more"),
+        ({"range_max": 4000}, "range_max is 4000 and looks like millimetres"),
         ({"time_increment": -1e-4}, "time_increment is -0.0001"),
         ({"saved_map": "nowhere"}, "nowhere.*cannot be read"),
     ],
@@ -128,6 +136,7 @@ def test_anything_odd_is_an_input_error_of_one_line(odd: Any) -> None:
 
 @given(st.integers(0, 2**31))
 @settings(max_examples=25)
+@pytest.mark.filterwarnings("ignore:scan .*none of its")
 def test_no_scan_however_strange_ends_the_program(seed: int) -> None:
     random = np.random.default_rng(seed)
     slam, count = hopslam.Slam(), int(random.choice([3, 10, 60]))
@@ -164,12 +173,21 @@ def test_rep_117_is_understood() -> None:
     ranges[1:6] = [np.nan, -np.inf, 0.0, 31.0, 2]
     scan = hopslam.Scan(ranges, ANGLES, range_max=30.0)
     assert len(scan.points) == 101 - 5
-    hopslam.Slam(range_max=30.0).update(np.full(101, np.nan), ANGLES.tolist())
+
+
+@pytest.mark.parametrize("nothing", [np.nan, np.inf, 0.0])
+def test_scans_without_a_distance_are_taken_with_a_warning(nothing: float) -> None:
+    slam = hopslam.Slam()
+    with pytest.warns(UserWarning, match=r"scan 0: none of its 101 ranges.*sees walls"):
+        slam.update(np.full(101, nothing), ANGLES.tolist())
+    slam.update(RANGES, ANGLES)
+    slam.update(np.full(101, nothing), ANGLES)  # no warning: the lidar has seen something before
 
 
 def test_arrays_that_are_masked_or_of_another_kind_are_taken() -> None:
     masked = np.ma.masked_greater(np.linspace(1.0, 3.0, 101), 2.0)
     assert len(hopslam.Scan(masked, ANGLES).points) == 51
+    assert len(hopslam.Scan(RANGES.astype(object), ANGLES).points) == 101
     whole = hopslam.Scan([2] * 101, ANGLES.astype(np.float32))
     assert np.allclose(np.hypot(*whole.points.T), 2.0)
 

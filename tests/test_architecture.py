@@ -40,7 +40,7 @@ def run_simulated(folder: Path) -> None:
 
 
 def read_a_key(folder: Path) -> None:
-    SimRobot(load_scenario("corridor", ["robot.odometry.travel_noise=0.01"])).observe()
+    SimRobot(load_scenario("corridor", ["physics.engine=bullet", "robot.odometry.travel_noise=0.01"])).observe()
 
 
 def listen_to_a_lidar(folder: Path) -> None:

@@ -5,13 +5,14 @@ from itertools import pairwise
 from math import pi, radians
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hardware import DecodeError
 from hardware.arcos.commands import Command, CommandId, decode_vel2, encode_vel2
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.encoder_packet import WheelTravel, travel_wrap
+from hardware.arcos.io_packet import IoReport
 from hardware.arcos.model import P3DX, P3DX_SH, Identity, units_of
 from hardware.arcos.packet import MAX_DATA, PacketDecoder, checksum, encode_packet
 from hardware.arcos.sip import Sip
@@ -117,10 +118,12 @@ def test_forms_that_only_some_clients_send() -> None:
 
 
 @given(st.integers(-128, 127), st.integers(-128, 127))
+@example(-128, 0)
 def test_vel2_as_aria_and_as_player_send_it(left: int, right: int) -> None:
     speeds = pytest.approx((0.02 * left, 0.02 * right))
     argument = encode_vel2(0.02 * left, 0.02 * right).argument
     assert isinstance(argument, int)
+    assert -0x8000 <= argument < 0x8000
     assert decode_vel2(argument) == speeds
     assert decode_vel2((left & 0xFF) << 8 | (right & 0xFF)) == speeds
 
@@ -169,6 +172,16 @@ def test_a_sip_survives_the_wire_with_every_length_of_tail(length: int) -> None:
     assert {f.name: getattr(decoded, f.name) for f in fields(decoded)} == approximately(sip)
 
 
+def test_a_sip_says_the_nearest_that_its_fields_hold() -> None:
+    """Speeds have 16 bits with a sign, the battery has eight without; the place counts on modulo its wrap."""
+    for units in (P3DX, P3DX_SH):
+        sip = Sip.decode(Sip(left=1e3, right=-1e3, battery=1e3, x=-0.5, y=-0.5).encode(units), units)
+        assert (sip.left, sip.right) == pytest.approx((32767 * units.speed, -32768 * units.speed))
+        assert sip.battery == pytest.approx(25.5)
+        assert 0.0 <= sip.x < units.wrap
+        assert sip.y == sip.x
+
+
 def test_what_a_sip_says() -> None:
     sip = Sip.decode(SIP.encode(P3DX_SH), P3DX_SH)
     assert (sip.stalled, sip.front_bumpers, sip.rear_bumpers) == (True, 1, 2)
@@ -190,6 +203,22 @@ def test_encoders_wrap_too(start: float, step: float) -> None:
     ways = [WheelTravel.decode(WheelTravel(x, -x).encode(128e3), 128e3) for x in (start, start + step)]
     assert unwrapped_step(ways[0].left, ways[1].left, travel_wrap(128e3)) == pytest.approx(step, abs=2e-5)
     assert unwrapped_step(ways[0].right, ways[1].right, travel_wrap(128e3)) == pytest.approx(-step, abs=2e-5)
+
+
+def test_encoders_count_32_bits() -> None:
+    assert travel_wrap(128e3) == pytest.approx(2**32 / 128e3)
+
+
+def test_inputs_and_outputs_lie_where_the_manual_has_them() -> None:
+    """Pioneer 3 Operations Manual, p. 41: how many bytes of each kind, and then these."""
+    report = IoReport(1, 2, 3, 4, 5, (1023, 256))
+    assert report.encode() == bytes.fromhex("F0 04 01 02 03 04 01 05 02 FF 03 00 01")
+
+
+def test_the_last_byte_of_a_configuration_counts() -> None:
+    data = ArcosConfig(kinematics_delay=0.05).encode()
+    assert ArcosConfig.decode(data).kinematics_delay == pytest.approx(0.05)
+    assert ArcosConfig.decode(data[:-1]).kinematics_delay == 0.0
 
 
 def test_the_configuration_survives_the_wire_and_may_end_early() -> None:

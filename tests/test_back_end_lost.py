@@ -188,6 +188,14 @@ def test_results_that_are_cut_off_are_dropped() -> None:
         assert len(got) == (length >= len(written[0])) + (length >= len(whole))
 
 
+@pytest.mark.parametrize(
+    ("code", "how"),
+    [(0, "ended with exit code 0"), (3, "ended with exit code 3"), (-signal.SIGSEGV, "was killed by SIGSEGV")],
+)
+def test_it_is_told_how_the_process_ended(code: int, how: str) -> None:
+    assert back_end_process._Ended(code).how == how
+
+
 def test_a_run_that_lost_it_has_a_causal_folder_that_says_so(lost_run: Path) -> None:
     record = RunRecord.open(lost_run)
     assert record.metrics is not None
@@ -200,7 +208,7 @@ def test_a_run_that_lost_it_has_a_causal_folder_that_says_so(lost_run: Path) -> 
     assert len(record.traces.stamps) == len(read_log(lost_run / "log.mcap"))
     assert record.saved_map is not None
     (fault,) = [fault for fault in faults(record, record.metrics) if "closes loops" in fault]
-    assert fault.endswith("all is shown as it was known on the way; try hopslam optimize.")
+    assert fault.endswith("the results are those estimated during the run; try hopslam optimize.")
 
 
 def test_report_and_export_show_a_run_that_lost_it(lost_run: Path, tmp_path: Path) -> None:

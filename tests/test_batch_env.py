@@ -16,6 +16,7 @@ from slam.errors import InputError, ScenarioError
 from slam.lidars import LIDARS
 from slam.pose import Pose2D
 from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
 from tests.rooms import room_scenario
 
 ID = "hopslam/ClutteredRoom-v0"
@@ -218,10 +219,10 @@ def test_a_lidar_sees_people_up_to_the_height_of_their_legs() -> None:
         assert [bool((with_people < without).any()) for without, with_people in zip(*scans, strict=True)] == [seen] * 2
 
 
-def test_a_plain_make_vec_keeps_pybullet() -> None:
+def test_a_plain_make_vec_keeps_the_engine() -> None:
     envs = gymnasium.make_vec(ID, num_envs=2)
     assert isinstance(envs, SyncVectorEnv)
-    assert envs.envs[0].unwrapped.scenario.physics.engine == "bullet"
+    assert envs.envs[0].unwrapped.scenario.physics.engine == load_scenario("corridor").physics.engine
     envs.close()
 
 

@@ -90,7 +90,7 @@ def test_errors_say_how_far_squares_disagree() -> None:
 
 def test_straight_ways_alone_do_not_tell() -> None:
     straight = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
-    with pytest.raises(InputError, match="straight ways and turns"):
+    with pytest.raises(InputError, match="straight legs and turns"):
         fit_wheels([Leg(straight, straight)] * 8, TRACK)
 
 
@@ -118,7 +118,9 @@ def test_the_command_writes_a_scenario_a_picture_and_a_table(
     assert out.read_text().startswith("# Two standard errors")
     assert load_scenario(out).route == load_scenario("corridor").route
     assert out.with_suffix(".png").stat().st_size > 10_000
-    assert re.search(r"^ *left wheel, true way per way reported +\d\.\d+ \+- \d\.\d+ *$", capsys.readouterr().out, re.M)
+    assert re.search(
+        r"^ *left wheel, true per reported distance +\d\.\d+ \+- \d\.\d+ *$", capsys.readouterr().out, re.M
+    )
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 from hardware import DecodeError
 from hardware.arcos.encoder_packet import WheelTravel
-from hardware.arcos.packet import MAX_DATA, encode_packet
+from hardware.arcos.packet import MAX_DATA, PacketDecoder, encode_packet
 from hardware.ldrobot import SIZE, LdPacket
 from hardware.scip.encoding import check_sum
 from hardware.scip.frames import FrameDecoder
@@ -45,6 +45,10 @@ def test_whole_messages_are_read_back() -> None:
 def test_a_packet_has_room_for_its_data_alone(size: int) -> None:
     with pytest.raises(ValueError, match="holds 1 to"):
         encode_packet(b"\x01" * size)
+
+
+def test_a_packet_is_full_with_its_most_data() -> None:
+    assert PacketDecoder().feed(encode_packet(b"\x01" * MAX_DATA)) == [b"\x01" * MAX_DATA]
 
 
 def test_of_garbage_without_an_end_little_is_kept() -> None:

@@ -191,6 +191,16 @@ def test_a_function_is_cold_until_its_code_is_kept(package: Path) -> None:
     assert output(package, words) == ["True", "4.0"]
 
 
+def test_a_literal_is_compiled_as_any_number(package: Path) -> None:
+    (package / "counts.py").write_text(
+        "from slam.compiled import compiled\n\n"
+        "@compiled\ndef more(x, by):\n    return x + by\n\n"
+        "@compiled\ndef total(x):\n    y = more(x, by=1)\n    return more(more(y, 2), x) + more(0, y)\n"
+    )
+    words = "from loops.counts import more, total\nprint(total(1), len(more._parts))"
+    assert output(package, words) == ["7", "1"]
+
+
 def test_without_the_compiler_hot_loops_are_python() -> None:
     code = "from slam.compiled import wrapped; print(type(wrapped).__name__, round(wrapped(4.0), 6))"
     env = os.environ | {"NUMBA_DISABLE_JIT": "1"}

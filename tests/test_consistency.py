@@ -6,12 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.graph.condensed import CondensedGraph
-from slam.graph.consistency import MOST_WAITING, Consistency, WaitingLoops, renumbered
+from slam.graph.consistency import MAX_WAITING, Consistency, WaitingLoops, renumbered
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
-from slam.graph.pose_graph import Edge
+from slam.graph.loop_candidates import LoopCandidates
+from slam.graph.pose_graph import BREAK, NO_LOOP, Edge
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.surest_paths import Hops
+from slam.graph.wall_candidates import WallCandidate
 from slam.lidars import Lidar
 from slam.pose import FloatArray, compose_poses, inverse_poses
 
@@ -87,8 +89,33 @@ def test_what_the_same_scans_say_twice_counts_once() -> None:
 
 def test_over_a_break_loops_say_nothing_of_each_other() -> None:
     graph = way_twice(JUMP)
-    across, within = loop(graph, JUMP, 5, 1, RIGHT), loop(graph, np.zeros(3), 3, 0, RIGHT)
-    assert Consistency(graph, hops(graph), across).chi_squared(within) == np.inf
+    across = Consistency(graph, hops(graph), loop(graph, JUMP, 5, 1, RIGHT))
+    for submap, other in ((3, 0), (1, 0)):  # from the second, the way over the break is too long to be looked at
+        assert across.chi_squared(loop(graph, np.zeros(3), submap, other, RIGHT)) == np.inf
+
+
+def test_one_way_is_thinkable_where_it_was_driven_but_over_a_break_anywhere() -> None:
+    graph = way_twice(JUMP)
+    condensed = CondensedGraph(graph, 30.0)
+    candidates = LoopCandidates(graph, condensed)
+    for submap in graph.submaps.values():
+        submap.finish(graph.keys)
+        candidates.add(submap)
+    first, third, beyond = (graph.submaps[number] for number in (0, 2, 6))
+    covariance = candidates.covariances_from(third)[first.number]
+    for off, thinkable in (((0.0, 0.0, 0.0), True), ((0.5, 0.0, 0.0), True), ((9.0, 0.0, 0.0), False)):
+        candidate = WallCandidate(1.0, first, np.array(off))
+        assert candidates.is_thinkable(candidate, third, covariance) == thinkable
+        assert candidates.is_thinkable(candidate, beyond, covariance)
+    assert not candidates.is_out_of_reach(third, first, covariance)
+    assert candidates.is_out_of_reach(beyond, first, covariance)
+
+
+def test_the_wheels_alone_lead_over_a_break_and_are_doubted_there() -> None:
+    graph = way_twice(JUMP)
+    information = {edge.loop: edge.information for edge in graph.odometry_edges()}
+    assert [edge.loop for edge in graph.odometry_edges()].count(BREAK) == 1
+    assert np.trace(information[BREAK]) < 0.1 * np.trace(information[NO_LOOP])
 
 
 def test_few_wait() -> None:
@@ -96,7 +123,7 @@ def test_few_wait() -> None:
     waiting = WaitingLoops(graph)
     right = loop(graph, JUMP, 5, 1, RIGHT)
     waiting.borne_out(right, hops(graph), [])
-    for _ in range(MOST_WAITING):
+    for _ in range(MAX_WAITING):
         waiting.borne_out(loop(graph, JUMP, 5, 1, (5.0, 0.0, 0.0)), hops(graph), [])
     assert waiting.borne_out(loop(graph, JUMP, 6, 2, RIGHT), hops(graph), []) == []
 

@@ -93,7 +93,7 @@ def test_every_block_of_the_page_does_what_it_should(
         elif language == "sh" or "\nhopslam " in f"\n{text}" or "\nmake " in f"\n{text}":
             Path("runs/latest").unlink()  # every block begins with the prepared run
             Path("runs/latest").symlink_to("before")
-            for line in text.splitlines():
+            for line in text.replace("\\\n", " ").splitlines():
                 run_line(line)
 
 
@@ -201,6 +201,13 @@ def test_links_and_pictures_exist() -> None:
         for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", FENCE.sub("", page.read_text())):
             made = target.startswith(("https:", "reference/"))
             assert made or (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_names_stand_in_the_files_that_pages_say() -> None:
+    for page in PAGES:
+        for name, path in re.findall(r"`(\w+)`\s+(?:in|of)\s+`([\w/]+/\w+\.py)`", page.read_text()):
+            code = (ROOT / path).read_text()
+            assert re.search(rf"^(def |class )?{name}\b", code, re.MULTILINE), f"{page.name}: {name} in {path}"
 
 
 def test_the_navigation_of_the_site_has_every_page() -> None:

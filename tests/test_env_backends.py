@@ -21,7 +21,7 @@ from gymnasium.utils.env_checker import check_env
 
 import sim  # noqa: F401  registers the ids
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.ports import PtyPort
+from hardware.emulator.pty_port import PtyPort
 from sim.plant import plan_plant
 from slam.errors import InputError, RobotError, RobotTimeout
 from slam.lidars import URG04LX

@@ -37,17 +37,17 @@ def open_robot(on_config: bytes, settings: FlashSettings | None = None, subclass
 
 def test_a_robot_that_does_not_say_its_settings(caplog: pytest.LogCaptureFixture) -> None:
     open_robot(b"", FlashSettings(watchdog=0.4))
-    assert "does not say its settings (CONFIG); hardware.settings is believed: a watchdog of 0.4 s" in caplog.text
+    assert "does not report its settings (CONFIG); hardware.settings is used: a watchdog of 0.4 s" in caplog.text
     caplog.clear()
     open_robot(packet(config(800)[:-2]))  # old firmware, whose packet ends before the watchdog
     assert "a watchdog of 2 s" in caplog.text
-    with pytest.raises(RobotError, match=r"does not say its settings|watchdog is 3 s"):
+    with pytest.raises(RobotError, match=r"does not report its settings|watchdog is 3 s"):
         open_robot(b"", FlashSettings(watchdog=3.0))
 
 
 def test_settings_with_a_wrong_checksum_are_asked_twice(caplog: pytest.LogCaptureFixture) -> None:
     open_robot(packet(config(800), wrong=1))
-    assert "wrong checksum, but comes twice alike" in caplog.text
+    assert "wrong checksum, but arrived twice alike" in caplog.text
     assert "stops it after 0.8 s" in caplog.text
     with pytest.raises(RobotError, match="watchdog is off"):
         open_robot(packet(config(0), wrong=1))

@@ -23,7 +23,8 @@ from hardware.arcos.sip import Sip
 from hardware.base_odometry import PositionOdometry, WheelScales
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.p3dx import FACTORY_CONFIG
-from hardware.emulator.ports import PtyPort, TcpPort
+from hardware.emulator.ports import TcpPort
+from hardware.emulator.pty_port import PtyPort
 from hardware.emulator.serial_line import LineNoise
 from hardware.odometry_history import OdometryHistory
 from hardware.robot import HardwareRobot

@@ -9,7 +9,7 @@ import pytest
 
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.p3dx import FACTORY_CONFIG
-from hardware.emulator.ports import PtyPort
+from hardware.emulator.pty_port import PtyPort
 from sim.plant import plan_plant
 from slam.odometry import Twist2D
 from slam.pose import Pose2D

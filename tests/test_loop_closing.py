@@ -107,6 +107,14 @@ def test_without_loops_there_is_nothing_to_close() -> None:
     assert all(estimate.closure is None and estimate.T_map_local == Pose2D() for estimate in estimates)
 
 
+def test_without_a_scan_there_is_no_run_to_close() -> None:
+    slam = LineSlam(SlamConfig(), Pose2D())
+    assert slam.loops is not None
+    assert slam.loops.finish(Pose2D()) is None
+    assert slam.loops.size.keys == 0
+    assert slam.loops.T_map_local == Pose2D()
+
+
 def test_paper_mode_closes_no_loops() -> None:
     assert SlamConfig.model_validate({"mode": "paper"}).loops == "never"
 

@@ -7,7 +7,7 @@ import pytest
 
 from slam.config import LeastSquaresConfig, SurfelMapConfig
 from slam.graph.key_scan import KeyScan
-from slam.graph.map_tracking import MOST_WAITING, MapTracking
+from slam.graph.map_tracking import MAX_WAITING, MapTracking
 from slam.graph.single_poses import between, composed
 from slam.lidars import Lidar
 from slam.mapping.surfel_map import SurfelMap
@@ -102,9 +102,9 @@ def test_a_broken_scan_waits_where_no_map_is() -> None:
 
 def test_scans_of_an_unknown_place_wait_for_a_while() -> None:
     tracking, empty = MapTracking(LeastSquaresConfig(), SurfelMapConfig()), SurfelMap(SurfelMapConfig())
-    keys = [broken_key(T_MAP_LASER), *(key_at(T_MAP_LASER) for _ in range(MOST_WAITING))]
+    keys = [broken_key(T_MAP_LASER), *(key_at(T_MAP_LASER) for _ in range(MAX_WAITING))]
     known = [tracking.follow(key, ORIGIN, empty.grid)[1] for key in keys]
-    assert [len(of_key) for of_key in known] == [*[0] * (MOST_WAITING - 1), MOST_WAITING, 1]
+    assert [len(of_key) for of_key in known] == [*[0] * (MAX_WAITING - 1), MAX_WAITING, 1]
 
 
 def test_a_second_break_forgets_who_waited() -> None:

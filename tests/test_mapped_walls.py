@@ -55,6 +55,15 @@ def test_what_is_no_part_of_a_wall_of_the_graph_is_not_sure() -> None:
         assert np.isnan(sigmas_of(wall)).all()
 
 
+def test_where_no_two_key_scans_share_a_wall_none_is_sure() -> None:
+    _, run, _ = drive(0.25, "auto")
+    assert run is not None
+    none = RefinedWalls(np.empty((0, 2, 2)), np.empty((0, 2, 2)), np.empty(0), np.empty(0, int), np.empty(0, int))
+    found = mapped_walls(replace(run, map=_Map(WALL[None]), walls=none, wall_covariances=np.empty((0, 2, 2))))
+    assert found.ends.tolist() == [WALL.tolist()]
+    assert np.isnan(found.sigmas).all()
+
+
 def test_the_file_has_metres_and_nulls(tmp_path: Path) -> None:
     ends = np.stack([WALL, WALL + np.array([0.0, 3.0])])
     write_walls(tmp_path / "walls.geojson", MappedWalls(ends, np.array([SIGMAS, [np.nan, np.nan]])))

@@ -38,7 +38,7 @@ def edges_of(truth: FloatArray, loops: int, seed: int, noisy: bool) -> Edges:
     return Edges(first, second, measured, information, np.full(len(pairs), NO_LOOP))
 
 
-@pytest.mark.parametrize(("count", "loops"), [(2, 0), (3, 1), (40, 0), (60, 12), (25, 80)])
+@pytest.mark.parametrize(("count", "loops"), [(2, 0), (3, 1), (40, 0), (60, 12), (25, 80), (100, 150)])
 def test_the_blocks_are_those_of_the_dense_inverse(count: int, loops: int) -> None:
     truth = truth_of(count, 1)
     edges = edges_of(truth, loops, 2, noisy=False)

@@ -1,9 +1,11 @@
 """The bounded search of a place in a submap: its bounds against plain maxima."""
 
 import numpy as np
+import pytest
 
-from slam.graph.place_search import BLOCK, Pictures, _bounds, _pooled
+from slam.graph.place_search import BLOCK, Pictures, Window, _best_of_blocks, _bounds, _pooled
 from slam.lines.segments import IntArray
+from slam.matching.coarse_search import FULL_GREY, HEADING, HEADING_STEP, PIXEL, PLACE_X, PLACE_Y, SCORE
 
 SIZE, BLOCKS = 30, 6
 
@@ -39,3 +41,26 @@ def test_bounds_are_sums_of_maxima_inside_of_the_picture() -> None:
                 plain[a, i, j] += pictures.pooled[side, x % BLOCK, y, x // BLOCK]
     assert (found == plain).all()
     assert found.any()
+
+
+def test_the_best_place_of_a_block_is_that_of_a_plain_search() -> None:
+    """Facets that lie outside of the picture there count nothing; the prior takes its cost off."""
+    pictures, shifts = drawn(), some_shifts()
+    window = Window(np.array([1.0, -2.0, 0.3]), np.diag([0.4, 0.2, 5.0]), 10, 1)
+    blocks = (2 * window.places + BLOCK) // BLOCK
+    chosen = np.array([0, 8, blocks * blocks + 13, 3 * blocks * blocks - 1])
+    places, shares = _best_of_blocks(chosen, blocks, shifts, pictures.drawn, window)
+    for block, place, share in zip(chosen.tolist(), places, shares, strict=True):
+        a, i0, j0 = np.unravel_index(block, (3, blocks, blocks))
+        best: tuple[float, ...] = (-np.inf,)
+        for i in range(BLOCK * i0, min(BLOCK * (i0 + 1), 2 * window.places + 1)):
+            for j in range(BLOCK * j0, min(BLOCK * (j0 + 1), 2 * window.places + 1)):
+                total = 0.0
+                for side, row, column in shifts[a] + np.array([0, i, j]):
+                    total += pictures.drawn[side, row, column] if 0 <= row < SIZE and 0 <= column <= SIZE else 0.0
+                off = np.array([PIXEL * (j - 10), PIXEL * (i - 10), HEADING_STEP * (a - 1)])
+                found = total / (FULL_GREY * shifts.shape[1])
+                best = max(best, (found - 0.5 * off @ window.information @ off, found, *(window.prior + off)))
+        assert place[SCORE] == pytest.approx(best[0])
+        assert share == pytest.approx(best[1])
+        assert place[[PLACE_X, PLACE_Y, HEADING]] == pytest.approx(best[2:])

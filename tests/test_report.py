@@ -280,7 +280,7 @@ def test_the_command_that_repeats_a_run_is_exact(own: Path) -> None:
 def test_a_closed_run_is_shown_with_its_loops(lap_run: Path, tmp_path: Path) -> None:
     write_report([RunRecord.open(lap_run)], tmp_path / "a.html")
     page = (tmp_path / "a.html").read_text()
-    assert "Without loops, as odometry and matching alone would have it" in page
+    assert "The map by odometry and matching alone, without loops" in page
     graph = read_graph(lap_run / "graph.json")
     assert f"All {len(graph.loops)} loops, {graph.believed.sum()} believed" in page
     assert "not believed" not in page

@@ -69,7 +69,7 @@ def test_a_wrong_command_keeps_its_exit_code_without_output() -> None:
 
 def test_a_file_takes_everything_after_its_first_error() -> None:
     reader, writer = os.pipe()
-    with RobustFile(writer, "w") as file:
+    with RobustFile(writer) as file:
         assert file.write(b"one") == 3
         os.close(reader)
         assert file.write(b"two") == 3

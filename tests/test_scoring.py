@@ -139,7 +139,7 @@ def test_what_cannot_be_scored(tmp_path: Path) -> None:
     (tmp_path / "bad").write_text("1 2 3\n")
     file = write_tum(tmp_path / "e.tum", ESTIMATE)
     for words, complaint in (
-        (["eval", str(file)], "knows no truth; give --reference"),
+        (["eval", str(file)], "has no true trajectory; give --reference"),
         (["compare", str(file)], "give two runs or more"),
         (["eval", str(file), "--delta", "0.5", "--delta-unit", "frames"], "give --delta 1 or more"),
     ):

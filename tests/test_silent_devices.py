@@ -13,7 +13,7 @@ import pytest
 
 from hardware.arcos_line import ArcosLine
 from hardware.device_thread import DeviceThread
-from hardware.emulator.ports import PtyPort
+from hardware.emulator.pty_port import PtyPort
 from hardware.robot import HardwareRobot
 from hardware.scip_line import ScipLine
 from hardware.serial_port import PortLost, SerialPort
@@ -55,7 +55,7 @@ def test_a_failed_driver_says_so_and_begins_anew(caplog: pytest.LogCaptureFixtur
     driver.thread.close()
     assert (driver.losses, driver.connections) == (3, 4)
     said = [record.getMessage() for record in caplog.records]
-    assert "begins anew: ZeroDivisionError: in a codec (test_silent_devices.py, line" in said[0]
+    assert "starts again: ZeroDivisionError: in a codec (test_silent_devices.py, line" in said[0]
     assert said[1:3] == ["the lidar is back", "unplugged"]
 
 

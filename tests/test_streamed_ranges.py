@@ -1,5 +1,6 @@
 """Ranges that are read again from the file: the same rows whoever asks, and memory that does not grow with the log."""
 
+import pickle
 import tracemalloc
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -51,6 +52,13 @@ def test_the_whole_array_has_short_rows_filled_with_nan() -> None:
     whole = np.asarray(StreamedRanges(Path("log"), Source().rows, BEAMS))
     assert whole.shape == (60, 5)
     assert np.isfinite(whole).sum(axis=1).tolist() == BEAMS
+
+
+def test_a_log_that_is_being_read_goes_to_another_process(small_log: Path) -> None:
+    log = read_log(small_log)
+    log.scan(1)
+    copy = pickle.loads(pickle.dumps(log))
+    np.testing.assert_array_equal(copy.scan(2).ranges, log.scan(2).ranges)
 
 
 def test_rows_are_read_only() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from slam.config import SlamConfig
 from slam.graph.key_scan import KeyScan
-from slam.graph.submap_mapper import LEAST_KEYS, OPEN, SUBMAPS, SubmapMapper
+from slam.graph.submap_mapper import MIN_KEYS, OPEN, SUBMAPS, SubmapMapper
 from slam.line_slam import LineSlam
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
@@ -41,7 +41,7 @@ def test_submaps_roll(scan_of: Scanner, room: FloatArray) -> None:
         assert key.submaps == before.submaps or key.submaps[-1] == before.submaps[-1] + 1
         assert key.submaps == tuple(range(max(0, key.submaps[-1] - SUBMAPS + 1), key.submaps[-1] + 1))
     numbers = [key.submaps[-1] for key in keys]
-    assert min(numbers.count(n) for n in range(numbers[-1])) >= LEAST_KEYS
+    assert min(numbers.count(n) for n in range(numbers[-1])) >= MIN_KEYS
     assert not any(key.broken for key in keys)
     assert len(mapper._open) == OPEN
     assert mapper.map is mapper._open[0]

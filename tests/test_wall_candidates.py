@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.graph.submap import Submap
-from slam.graph.wall_candidates import MOST_CANDIDATES, MOST_PAIRS, MOST_PLACES, WallCandidates
+from slam.graph.wall_candidates import MAX_CANDIDATES, MAX_PAIRS, MAX_PLACES, WallCandidates
 from slam.mapping.surfel_grid import BORN, COLUMNS, HITS, INFORMATION, NX, NY, X, Y
 from slam.pose import FloatArray, Pose2D, stack_poses
 
@@ -77,14 +77,14 @@ def test_a_hall_is_proposed_both_ways_round() -> None:
 def test_candidates_are_few_and_the_best_come_first() -> None:
     candidates, submaps = known([(HALL, IN_HALL, Pose2D(float(k), 0.0, 0.1 * k)) for k in range(6)])
     found = candidates.of(submaps[-1], submaps[:-1])
-    assert len(found) == MOST_CANDIDATES < MOST_PLACES * len(submaps)
+    assert len(found) == MAX_CANDIDATES < MAX_PLACES * len(submaps)
     scores = [one.score for one in found]
     assert scores == sorted(scores, reverse=True)
-    assert len(candidates.of(submaps[-1], submaps[:1])) <= MOST_PLACES
+    assert len(candidates.of(submaps[-1], submaps[:1])) <= MAX_PLACES
 
 
 def test_only_the_first_of_many_submaps_are_compared() -> None:
-    far = [(HALL, IN_HALL, Pose2D(float(k))) for k in range(MOST_PAIRS)]
+    far = [(HALL, IN_HALL, Pose2D(float(k))) for k in range(MAX_PAIRS)]
     candidates, submaps = known([*far, (L_ROOM, ALONG_L_ROOM, Pose2D()), (L_ROOM, ALONG_L_ROOM, Pose2D(1.0))])
     *halls, room, last = submaps
     assert candidates.of(last, [room, *halls])[0].other is room

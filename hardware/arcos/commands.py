@@ -13,7 +13,7 @@ from hardware import DecodeError
 class CommandId(IntEnum):
     """The commands (Pioneer 3 Operations Manual, p. 28 to 30; ArCommands.h).
 
-    A closed robot takes 0, 1 and 2 for SYNC0, SYNC1 and SYNC2.
+    A robot without a connection takes 0, 1 and 2 for SYNC0, SYNC1 and SYNC2.
     """
 
     PULSE = 0
@@ -89,7 +89,7 @@ _IN_DEGREES: Final[tuple[int, ...]] = (
     CommandId.ROTATE, CommandId.SETRV, CommandId.HEAD, CommandId.DHEAD, CommandId.RVEL, CommandId.SETRA,
 )  # fmt: skip
 SI_PER_UNIT: Final[dict[int, float]] = dict.fromkeys(_IN_MILLIMETRES, 0.001) | dict.fromkeys(_IN_DEGREES, radians(1.0))
-"""One unit of the argument in metres, radians and seconds: the wire has whole mm and degrees."""
+"""SI value of one unit of the argument: the wire has whole mm and degrees."""
 
 BAUDS: Final = (9600, 19200, 38400, 57600, 115200)
 """The argument of HOSTBAUD is an index into these."""
@@ -108,7 +108,7 @@ class Command:
 
     @classmethod
     def of(cls, id: CommandId, quantity: float) -> Command:
-        """Make the command whose argument comes nearest to a quantity in SI units."""
+        """Make the command whose argument is nearest to a quantity in SI units."""
         return cls(id, max(-32767, min(32767, round(quantity / SI_PER_UNIT[id]))))
 
     @property
@@ -120,7 +120,7 @@ class Command:
         return self.argument * scale
 
     def encode(self) -> bytes:
-        """Return the data of its packet."""
+        """Return the data of the command's packet."""
         if self.argument is None:
             return bytes([self.id])
         if isinstance(self.argument, bytes):
@@ -130,15 +130,15 @@ class Command:
 
     @classmethod
     def decode(cls, data: bytes) -> Command:
-        """Read a command from a packet's data; DecodeError for no known form.
+        """Read a command from a packet's data; DecodeError for an unknown form.
 
-        Player's SETO is cut off after the kind of its argument; it is taken for one without.
+        Player cuts SETO off after the type of its argument; it is read as SETO without an argument.
         """
         if len(data) <= 2:
             return cls(data[0])
         kind, rest = data[1], data[2:]
         if kind == _STRING and len(rest) > rest[0]:
-            return cls(data[0], rest[1 : 1 + rest[0]])  # Aria adds a NUL that is not counted
+            return cls(data[0], rest[1 : 1 + rest[0]])  # Aria appends a NUL that the length does not count
         if kind in (_INT, _NEGATIVE) and len(rest) >= 2:
             value = int.from_bytes(rest[:2], "little")
             return cls(data[0], value if kind == _INT else -value)
@@ -146,7 +146,7 @@ class Command:
 
 
 def encode_vel2(left: float, right: float) -> Command:
-    """Make VEL2 as Aria sends it: two signed bytes in one word, left the high one; m/s, in steps of 20 mm/s."""
+    """Make VEL2 as Aria sends it: two signed bytes in one word, the left one high; m/s, in steps of 20 mm/s."""
     left_byte, right_byte = (max(-128, min(127, round(speed / VEL2_UNIT))) & 0xFF for speed in (left, right))
     word = (left_byte << 8) | right_byte
     return Command(CommandId.VEL2, word if word < 0x8000 else word - 0x10000)

@@ -30,7 +30,7 @@ class ArcosConfig:
     serial_number: str = ""
     reserved: int = number("B")
     top_angular: float = number("H", _DEG)
-    """The fastest that SETRV can ask for, rad/s; the other tops alike."""
+    """Largest value that SETRV can set, rad/s; the other ``top`` fields are alike."""
     top_linear: float = number("H", 0.001)
     top_angular_acceleration: float = number("H", _DEG)
     top_acceleration: float = number("H", 0.001)
@@ -39,7 +39,7 @@ class ArcosConfig:
     sip_cycle: float = number("B", 0.001)
     """Seconds."""
     host_baud: int = number("B")
-    """An index into ``BAUDS``."""
+    """Index into ``BAUDS``."""
     aux1_baud: int = number("B")
     gripper: int = number("H")
     front_sonar: int = number("H")
@@ -47,7 +47,7 @@ class ArcosConfig:
     low_battery: float = number("H", 0.1)
     rev_count: int = number("H")
     watchdog: float = number("H", 0.001)
-    """Seconds without a command after which the robot stops; 0: never."""
+    """Seconds without a command after which the robot stops; 0 means never."""
     extra_packets: int = number("B")
     stall_value: int = number("H")
     stall_count: int = number("H")
@@ -76,7 +76,7 @@ class ArcosConfig:
     aux2_baud: int = number("B")
     aux3_baud: int = number("B")
     ticks_per_metre: float = number("H", 1000.0)
-    """Ticks of the wheel encoders; the packet has whole ticks a millimetre."""
+    """Ticks of the wheel encoders per metre; the packet has whole ticks per millimetre."""
     shutdown_voltage: float = number("H", 0.1)
     firmware: str = ""
     gyro_clockwise: int = number("H")
@@ -95,9 +95,9 @@ class ArcosConfig:
 
     @classmethod
     def decode(cls, data: bytes, otherwise: ArcosConfig | None = None) -> ArcosConfig:
-        """Read the data of a packet, which may end anywhere; DecodeError when it is another one.
+        """Read the data of a packet, which may end after any field; DecodeError for another packet.
 
-        Settings behind its end are taken from ``otherwise``.
+        Fields that the packet leaves out are taken from ``otherwise``.
         """
         if data[0] != CONFIG_PACKET:
             raise DecodeError(f"packet {data[0]:#04x} has no configuration")
@@ -115,4 +115,4 @@ class ArcosConfig:
 
 _NUMBERS: Final = {field.name: field for field in number_fields(ArcosConfig)}
 _LAYOUT: Final = tuple(_NUMBERS.get(field.name, field.name) for field in fields(ArcosConfig))
-"""The fields of the packet one after another; a name alone is that of a string."""
+"""Fields of the packet in order; a name without a number is a string."""

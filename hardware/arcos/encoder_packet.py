@@ -27,7 +27,7 @@ class WheelTravel:
 
     @classmethod
     def decode(cls, data: bytes, ticks_per_metre: float) -> WheelTravel:
-        """Read the data of a packet; DecodeError when it is another one."""
+        """Read the data of a packet; DecodeError for another packet."""
         if data[0] != ENCODER_PACKET:
             raise DecodeError(f"packet {data[0]:#04x} has no encoders")
         reader = FieldReader(data[1:])
@@ -35,5 +35,5 @@ class WheelTravel:
 
 
 def travel_wrap(ticks_per_metre: float) -> float:
-    """Return the metres after which the counts of 32 bits begin anew."""
+    """Return the metres after which the counts of 32 bits wrap."""
     return _WRAP / ticks_per_metre

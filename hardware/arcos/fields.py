@@ -1,4 +1,4 @@
-"""Little-endian fields one after another, as the reports of a robot have them."""
+"""Little-endian fields in a row, as in the reports of a robot."""
 
 import struct
 from dataclasses import dataclass, field, fields
@@ -9,7 +9,7 @@ from hardware import DecodeError
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One field: the name of its attribute, its code in ``struct``, and one unit of it in SI units."""
+    """One field: the name of its attribute, its ``struct`` code, and the SI value of one unit."""
 
     name: str
     code: str
@@ -17,7 +17,7 @@ class Field:
 
     @property
     def size(self) -> int:
-        """Number of bytes."""
+        """Size in bytes."""
         return struct.calcsize("<" + self.code)
 
     def encode(self, value: float) -> bytes:
@@ -33,13 +33,13 @@ class Field:
 
 
 def number(code: str, unit: float = 1, optional: bool = False) -> Any:
-    """Declare an attribute of a dataclass as a field: its code in ``struct``, and one unit of it in SI units."""
+    """Declare an attribute of a dataclass as a field: its ``struct`` code, and the SI value of one unit."""
     default = None if optional else 0 if unit == 1 else 0.0
     return field(default=default, metadata={"code": code, "unit": unit})
 
 
 def number_fields(packet: type) -> tuple[Field, ...]:
-    """Return the fields of the attributes that are declared as ``number``, in their order."""
+    """Return the fields of the attributes that are declared as ``number``, in order."""
     return tuple(Field(f.name, **f.metadata) for f in fields(packet) if f.metadata)
 
 
@@ -55,7 +55,7 @@ class FieldReader:
         return len(self._data)
 
     def take(self, field: Field) -> float:
-        """Take the next field; DecodeError when the data end before it does."""
+        """Take the next field; DecodeError if the data end first."""
         if len(self._data) < field.size:
             raise DecodeError(f"{field.size} bytes expected where {len(self._data)} are left")
         head, self._data = self._data[: field.size], self._data[field.size :]

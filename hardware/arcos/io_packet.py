@@ -9,7 +9,10 @@ _INPUT_BYTES, _OUTPUT_BYTES = 4, 1
 
 @dataclass(frozen=True, slots=True)
 class IoReport:
-    """Ports by bits, one byte each; the inputs of bumpers and infrared sensors are 1 while nothing is touched."""
+    """Digital ports as bytes, one bit per input.
+
+    Inputs of bumpers and infrared sensors are 1 while nothing is touched.
+    """
 
     digital_in: int
     front_bumpers: int

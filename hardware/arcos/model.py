@@ -27,7 +27,7 @@ class Identity:
 
     @classmethod
     def decode(cls, data: bytes) -> Identity:
-        """Read the data of a packet; DecodeError when it is another one."""
+        """Read the data of a packet; DecodeError for another packet."""
         strings = data[1:].split(b"\0")
         if data[0] != SYNC2 or len(strings) < 3 or not data.isascii():
             raise DecodeError("not the three strings that answer SYNC2")
@@ -36,20 +36,20 @@ class Identity:
 
 @dataclass(frozen=True, slots=True)
 class ArcosUnits:
-    """SI units for one unit of a report; commands are in mm/s and degrees on every robot."""
+    """SI values of one unit in a report; commands are in mm/s and degrees on every robot."""
 
     distance: float
-    """Metres for one unit of x and y (DistConvFactor)."""
+    """Metres per unit of x and y (DistConvFactor)."""
     half_track: float
-    """Metres that a wheel rolls for each radian of turning (1 / DiffConvFactor); wider than the wheels stand."""
+    """Metres that a wheel rolls per radian of turning (1 / DiffConvFactor); larger than half the wheels' distance."""
     speed: float = 1e-3
-    """m/s for one unit of a wheel's speed (VelConvFactor)."""
+    """Metres per second for one unit of a wheel's speed (VelConvFactor)."""
     angle: float = 2.0 * pi / 4096
-    """Radians for one unit of theta (AngleConvFactor)."""
+    """Radians per unit of theta (AngleConvFactor)."""
 
     @property
     def wrap(self) -> float:
-        """Metres after which x and y, counted in 15 bits, begin anew."""
+        """Metres after which x and y, counted in 15 bits, wrap."""
         return 0x8000 * self.distance
 
 
@@ -74,11 +74,11 @@ UNITS: Final = {
 }
 """Units by subclass: P3-DX, P3-AT, AmigoBot and PeopleBot (AriaCoda, params/*.p)."""
 _WITH_LASER: Final = re.compile(r"(.+?)-(?:lms|tim|utm|urg|s3)\w*")
-"""Subclass of a robot whose parameters say which laser it carries: p3dx-sh-lms500."""
+"""Subclass of a robot whose parameter file names its laser: p3dx-sh-lms500."""
 
 
 def units_of(subclass: str) -> ArcosUnits | None:
-    """Return the units of the robot that gives itself this subclass; None where they are not known."""
+    """Return the units of the robot with this subclass; None if they are unknown."""
     name = subclass.lower()
     with_laser = _WITH_LASER.fullmatch(name)
     return UNITS.get(with_laser[1] if with_laser else name)

@@ -11,24 +11,24 @@ _REFUSED: Final = 8
 
 
 def checksum(data: bytes) -> int:
-    """Sum the data as big-endian words, and xor a last odd byte in (ArRobotPacket::calcCheckSum)."""
+    """Sum the data as big-endian words, and xor an odd last byte (ArRobotPacket::calcCheckSum)."""
     even = len(data) & ~1
     total = (sum(data[0:even:2]) << 8) + sum(data[1:even:2])
     return (total & 0xFFFF) ^ (data[-1] if len(data) & 1 else 0)
 
 
 def encode_packet(data: bytes) -> bytes:
-    """Return the packet around these data, of which there are 1 to MAX_DATA bytes."""
+    """Make the packet of these data, 1 to MAX_DATA bytes."""
     if not 1 <= len(data) <= MAX_DATA:
         raise ValueError(f"a packet holds 1 to {MAX_DATA} bytes of data, not {len(data)}")
     return HEADER + bytes([len(data) + 2]) + data + checksum(data).to_bytes(2, "big")
 
 
 class PacketDecoder:
-    """Finds packets in a stream that comes in any pieces, with anything between them.
+    """Finds packets in a stream that arrives in chunks, with other bytes between them.
 
-    After damage it looks for the next header inside what it had taken for a packet, so that only damaged packets are
-    lost. It holds less than one packet between two calls.
+    After damage it looks for the next header inside the supposed packet, so that only damaged packets are lost. Between
+    two calls it holds less than one packet.
     """
 
     def __init__(self) -> None:
@@ -38,18 +38,18 @@ class PacketDecoder:
 
     @property
     def pending(self) -> bool:
-        """True while a packet has begun that is not whole yet."""
+        """True while a packet has begun and is not yet complete."""
         return bool(self._buffer)
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Take bytes, and return the data of each packet that is now whole."""
+        """Take bytes, and return the data of each packet that is now complete."""
         self._buffer += data
         return self._whole()
 
     def flush(self) -> list[bytes]:
-        """Give up a packet that had begun, as the line fell silent, and return the packets found behind its header.
+        """Give up an incomplete packet after the line fell silent, and return the packets found behind its header.
 
-        Without this a damaged count would hold back the packets after it.
+        Otherwise a damaged length byte would hold back the packets after it.
         """
         packets = []
         while self._buffer:
@@ -73,7 +73,7 @@ class PacketDecoder:
         return packets
 
     def _seek(self) -> bool:
-        """Drop bytes that cannot begin a packet, and return True once header and count are there."""
+        """Drop bytes that cannot begin a packet, and return True once header and length are there."""
         while (start := self._buffer.find(HEADER)) >= 0:
             del self._buffer[:start]
             if len(self._buffer) < 3:

@@ -22,7 +22,7 @@ _MOTORS_ENABLED, _E_STOP = 1 << 0, 1 << 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sip:
-    """One report; the fields after ``digital_out`` are None where the robot's firmware leaves them out."""
+    """One report; the fields after ``digital_out`` are None if the robot's firmware leaves them out."""
 
     moving: bool = False
     x: float = 0.0
@@ -72,17 +72,17 @@ class Sip:
 
     @property
     def volts(self) -> float:
-        """Voltage of the battery, as finely as the robot says it."""
+        """Voltage of the battery, from the field of the finest resolution."""
         return self.battery if self.fine_battery is None else self.fine_battery
 
     @property
     def front_bumpers(self) -> int:
-        """A bit for each segment, the first in bit 0."""
+        """One bit per segment, the first in bit 0."""
         return self.right_contacts >> 1
 
     @property
     def rear_bumpers(self) -> int:
-        """A bit for each segment, the first in bit 0."""
+        """One bit per segment, the first in bit 0."""
         return self.left_contacts >> 1
 
     @property
@@ -96,7 +96,10 @@ class Sip:
         return bool(self.flags & _E_STOP)
 
     def encode(self, units: ArcosUnits) -> bytes:
-        """Return the data of the packet; x and y count on in 16 bits, which readers of 15 and of 12 bits understand."""
+        """Return the data of the packet.
+
+        X and y are counted in 16 bits, which readers of 15 and of 12 bits understand.
+        """
         data = bytes([_MOVING if self.moving else _STOPPED])
         data += b"".join((round(v / units.distance) & 0xFFFF).to_bytes(2, "little") for v in (self.x, self.y))
         data += b"".join(field.encode(getattr(self, field.name)) for field in _motion_fields(units))
@@ -113,7 +116,7 @@ class Sip:
 
     @classmethod
     def decode(cls, data: bytes, units: ArcosUnits) -> Sip:
-        """Read the data of a packet; DecodeError when it is another one, or ends too early."""
+        """Read the data of a packet; DecodeError for another packet, or one that ends too early."""
         if data[0] not in _IDS:
             raise DecodeError(f"packet {data[0]:#04x} is no SIP")
         reader = FieldReader(data[1:])
@@ -133,7 +136,7 @@ class Sip:
 
 _NUMBERS: Final = number_fields(Sip)
 _HEAD, _PORTS, _TAIL = _NUMBERS[:6], _NUMBERS[6:11], _NUMBERS[11:]
-"""The numbers before the sonar's, behind them, and those that may be left out: from ``fine_battery`` on."""
+"""Numbers before the sonar readings, after them, and the optional ones from ``fine_battery`` on."""
 
 
 def _position_fields(units: ArcosUnits) -> tuple[Field, Field]:
@@ -145,16 +148,16 @@ def _motion_fields(units: ArcosUnits) -> tuple[Field, Field, Field]:
 
 
 def is_sip(data: bytes) -> bool:
-    """Tell whether a packet with these data is a standard SIP."""
+    """Return True if a packet with these data is a standard SIP."""
     return data[0] in _IDS
 
 
 def is_standing(data: bytes) -> bool:
-    """Tell whether a packet with these data is the SIP of a robot whose motors stand."""
+    """Return True if a packet with these data is the SIP of a robot whose motors stand still."""
     return data[0] == _STOPPED
 
 
 def flags(motors_enabled: bool, e_stop: bool, sonar_arrays: Iterable[int] = ()) -> int:
-    """Return the flags of a SIP; ``sonar_arrays`` are the numbers, 1 to 4, of those that are on."""
+    """Return the flags of a SIP; ``sonar_arrays`` are the numbers, 1 to 4, of the arrays that are on."""
     arrays = sum(1 << number for number in sonar_arrays)
     return _MOTORS_ENABLED * motors_enabled | _E_STOP * e_stop | arrays

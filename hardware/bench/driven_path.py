@@ -13,15 +13,15 @@ from slam.robot import Robot
 from slam.run.step import Step
 
 _MOVES: Final = 0.01
-"""Metres from one pose to the next: a robot that moves less stands, or turns on the spot."""
+"""Metres from one pose to the next; a robot that moves less is at rest, or turns on the spot."""
 _LEG: Final = 1.0
 """Least length of a leg, metres."""
 _STEP: Final = 0.005
-"""Metres between the places of a path that are compared."""
+"""Metres between the compared points of a path."""
 _NEW_LEG: Final = 0.5
-"""Radians by which a robot that stood has turned if it begins another leg; else it stood for other reasons."""
+"""Radians by which a robot turns on the spot between two legs; one that stopped and turned less stays in its leg."""
 _TURN: Final = 0.5
-"""Metres from the ends of a leg within which the robot still turns into it, or already into the next."""
+"""Metres from the ends of a leg within which the robot may still turn into it, or already into the next."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,14 +33,17 @@ class DrivenPath:
 
     @property
     def errors(self) -> FloatArray:
-        """Metres between the estimate and the truth, (N,), without alignment, as both begin at the same place."""
+        """Distances between estimate and truth, (N,), metres, without alignment, as both begin at the same pose."""
         errors: FloatArray = np.hypot(*(self.estimate - self.truth)[:, :2].T)
         return errors
 
 
 @dataclass
 class PathRecorder:
-    """A watcher that keeps estimated and true poses: the truth at the scan, or that of now where only it is known."""
+    """Watcher that keeps estimated and true poses.
+
+    The true pose is that at the scan, or the present one if only that is known.
+    """
 
     emulator: Emulator | None = None
     stamps: list[float] = field(default_factory=list)
@@ -57,7 +60,7 @@ class PathRecorder:
             self.truth.append((observation.scan.stamp, observation.T_map_base))
 
     def path(self, robot: Robot) -> DrivenPath:
-        """Return the path with the truth at the scans' stamps, which a real robot counts from its epoch."""
+        """Return the path with the true poses at the scans' stamps, which a real robot counts from its epoch."""
         epoch = (robot.epoch or 0.0) if isinstance(robot, HardwareRobot) else 0.0
         known = np.array([stamp for stamp, _ in self.truth]) - epoch
         x, y, theta = stack_poses([pose for _, pose in self.truth]).T
@@ -67,26 +70,26 @@ class PathRecorder:
 
 @dataclass(frozen=True, slots=True)
 class PathDifference:
-    """The difference of two paths at the same place along the route, whenever each came by; turns on the spot left out.
+    """Difference of two paths at the same points along the route, whatever the time; turns on the spot are left out.
 
-    The clocks of two runs start at different times; so each place of one path is compared with the nearest place of the
-    other's same leg, which is the one abreast of it.
+    The clocks of two runs start at different times; so each point of one path is compared with the nearest point of the
+    same leg of the other path.
     """
 
     length: float
     """Length that was compared, metres."""
     largest: float
-    """Largest distance between the places, metres ..."""
+    """Largest distance between the points, metres."""
     rms: float
-    """... and its root mean square."""
+    """Root mean square of the distance between the points, metres."""
     heading: float
-    """Largest difference of the headings there, radians, but for the turns at the ends of legs."""
+    """Largest difference of the headings there, radians, except near the ends of legs."""
     ends: float
-    """Largest distance between the ends of the same leg, metres: a robot that arrives says so once a scan only."""
+    """Largest distance between the ends of the same leg, metres: a robot checks for its arrival once per scan only."""
 
     @classmethod
     def between(cls, one: FloatArray, other: FloatArray) -> Self:
-        """Compare two paths of poses x, y, theta, (N, 3) and (M, 3), with as many legs."""
+        """Compare two paths of poses x, y, theta, (N, 3) and (M, 3), with the same number of legs."""
         legs = list(zip(_legs(one), _legs(other), strict=True))
         apart, turned = map(np.concatenate, zip(*(_nearest_offsets(a, b) for a, b in legs), strict=True))
         ends = max(float(np.hypot(*(a[-1] - b[-1])[:2])) for a, b in legs)
@@ -112,7 +115,7 @@ def _resampled(poses: FloatArray) -> FloatArray:
 
 
 def _nearest_offsets(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return metres and radians from each place of one leg to the nearest of the other, unless that is an end of it.
+    """Return metres and radians from each point of one leg to the nearest of the other, unless that is an end of it.
 
     Radians are 0 near the ends.
     """

@@ -2,14 +2,17 @@
 
 import os
 import pty
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from signal import SIGCONT, SIGKILL, SIGTERM
 from typing import Final
 
 from slam.closing import Closing
+
+if sys.platform != "linux":
+    raise ImportError("hopslam bench hardware runs on Linux")
 
 OWN_PROGRAM: Final = """
 import sys, threading
@@ -27,16 +30,16 @@ while True:
     robot.observe()
     robot.drive(Twist2D(0.3, 0.0))
 """
-"""Source of a user's own program. Its arguments are settings, and its second thread fails once a line comes in."""
+"""Source of a user's own program. Its arguments are settings; its second thread fails when a line arrives."""
 _HOPSLAM: Final = "from slam.cli.main import main; main()"
 _TAKE_TERMINAL: Final = "import os; os.close(os.open(os.ttyname(0), os.O_RDWR))\n"
-"""Source that opens the terminal: the leader of a session is given the first one that it opens."""
+"""Source that opens the terminal: a session leader gets the first one that it opens."""
 _GRACE: Final = 20.0
-"""Seconds that a program has to end after it was asked to."""
+"""Seconds that a program has to end after the request."""
 
 
 class DrivingProgram(Closing):
-    """Runs the command ``hopslam`` with these words, or Python source, on a terminal of its own or on pipes."""
+    """Runs the command ``hopslam`` with these arguments, or Python source, on a new terminal or on pipes."""
 
     def __init__(self, words: Sequence[str], source: str = _HOPSLAM, on_terminal: bool = False) -> None:
         self._master, slave = pty.openpty()
@@ -55,40 +58,40 @@ class DrivingProgram(Closing):
         return self._process.pid
 
     def send(self, number: int) -> None:
-        """Send it this signal."""
+        """Send the program this signal."""
         self._process.send_signal(number)
 
     def write_line(self, line: str) -> None:
-        """Write a line to its standard input, a pipe."""
+        """Write a line to the program's standard input, a pipe."""
         assert self._process.stdin is not None
         self._process.stdin.write(line.encode() + b"\n")
         self._process.stdin.flush()
 
     def drain(self) -> None:
-        """Read its output on its terminal, which would fill up otherwise."""
-        with suppress(OSError):  # nothing has come, or nobody is there
+        """Read the program's output on its terminal, which would fill up otherwise."""
+        with suppress(OSError):  # nothing has arrived, or the program is gone
             os.read(self._master, 65536)
 
     def close_terminal(self) -> None:
-        """Close its terminal window."""
+        """Close the program's terminal window."""
         os.close(self._master)
         self._master = os.open(os.devnull, os.O_RDONLY)
 
     def close_output(self) -> None:
-        """Stop reading its standard output and error, a pipe."""
+        """Stop reading the program's standard output and error, a pipe."""
         assert self._process.stdout is not None
         self._process.stdout.close()
 
     def wait(self) -> int | None:
-        """Wait for its exit code, negative for the signal that killed it; None when it does not end."""
+        """Wait for the exit code, negative for the signal that killed the program; None if it does not end."""
         try:
             return self._process.wait(_GRACE)
         except subprocess.TimeoutExpired:
             return None
 
     def close(self) -> None:
-        """End it, if it has not ended, and free its streams."""
-        for number in (SIGCONT, SIGTERM, SIGKILL):
+        """End the program, if it still runs, and free its streams."""
+        for number in (signal.SIGCONT, signal.SIGTERM, signal.SIGKILL):
             if self._process.poll() is None:
                 self.send(number)
         self._process.wait()

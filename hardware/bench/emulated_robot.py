@@ -1,4 +1,4 @@
-"""The drivers and the emulated devices in one process, for the benchmarks to measure, and the load of them."""
+"""The drivers and the emulated devices in one process, for benchmarks, and the measurement of their load."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ import numpy as np
 
 from hardware.emulator.emulator import Emulator, emulated_lidar
 from hardware.emulator.p3dx import FACTORY_CONFIG
-from hardware.emulator.ports import PtyPort
+from hardware.emulator.ports import pseudo_terminal
 from hardware.robot import HardwareRobot
 from slam.errors import RobotTimeout
 from slam.odometry import Twist2D
@@ -26,18 +26,18 @@ FORWARD: Final = Twist2D(0.3, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class EmulatedRobot:
-    """The drivers of a robot whose devices are emulated in the corridor, moved by the PyBullet world."""
+    """Drivers of a robot whose devices are emulated in the corridor, moved by the PyBullet world."""
 
     emulator: Emulator
     robot: HardwareRobot
 
     @property
     def standing(self) -> bool:
-        """True while the motors stand."""
+        """True while the motors are at rest."""
         return not self.emulator.p3dx.motors.moving
 
     def step(self) -> Observation | None:
-        """Drive on, as a run does, and return the observation; None while nothing comes."""
+        """Repeat the command, as a run does, and return the observation; None if none arrives."""
         self.robot.drive(FORWARD)
         try:
             return self.robot.observe(0.05)
@@ -45,7 +45,7 @@ class EmulatedRobot:
             return None
 
     def drive_until(self, condition: Callable[[], bool], patience: float = 20.0) -> float | None:
-        """Drive until the condition is true, and return the seconds; None where it never became true."""
+        """Drive until the condition is true, and return the seconds; None if it never became true."""
         return seconds_until(condition, patience, self.step)
 
 
@@ -63,9 +63,9 @@ def seconds_until(
 
 @contextmanager
 def emulated_robot(watchdog: float = FACTORY_CONFIG.watchdog, settings: Sequence[str] = ()) -> Iterator[EmulatedRobot]:
-    """Emulate both devices on pseudo-terminals, the robot with this watchdog in its FLASH, seconds, and drive them.
+    """Emulate both devices on pseudo-terminals, and connect the drivers.
 
-    ``settings`` are those of the scenario.
+    ``watchdog`` is set in the robot's FLASH, seconds; ``settings`` are those of the scenario.
     """
     with (
         emulated_devices(load_scenario("corridor", settings), watchdog) as emulator,
@@ -79,13 +79,13 @@ def emulated_robot(watchdog: float = FACTORY_CONFIG.watchdog, settings: Sequence
 def emulated_devices(
     scenario: Scenario, watchdog: float = FACTORY_CONFIG.watchdog, plant: str = "sim"
 ) -> Iterator[Emulator]:
-    """Emulate both devices in the scenario's world, moved by this plant, not begun yet.
+    """Make an emulator of both devices in the scenario's world, moved by this plant; it is not started yet.
 
-    They are at links: a terminal that was unplugged may come back under another number.
+    The devices are at links, as a terminal that was unplugged may return under another number.
     """
     config = replace(FACTORY_CONFIG, watchdog=watchdog)
     with TemporaryDirectory(prefix="hopslam-") as links:
-        ports = PtyPort(Path(links) / "p3dx"), PtyPort(Path(links) / "lidar")
+        ports = pseudo_terminal(Path(links) / "p3dx"), pseudo_terminal(Path(links) / "lidar")
         yield Emulator(
             make_plant(plant, scenario), *ports, seed=scenario.seed, robot_config=config, lidar=emulated_lidar(scenario)
         )
@@ -103,7 +103,7 @@ class Load:
 
 
 def measure_load(emulated: EmulatedRobot, seconds: float) -> Load:
-    """Measure the load while driving for so long."""
+    """Measure the load while driving for ``seconds``."""
     emulated.drive_until(lambda: not emulated.standing)
     began, busy = monotonic(), process_time()
     latencies = []

@@ -1,11 +1,13 @@
-"""Benchmark of endings: how soon a robot is told to stop, and stands, when its program ends or is suspended."""
+"""Benchmark of endings: time until a robot is told to stop, and stops, after its program ends or is suspended."""
 
 import resource
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import methodcaller
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -16,45 +18,48 @@ from hardware.emulator.emulator import Emulator
 from slam.errors import RobotError
 from slam.scenario.file import load_scenario
 
+if sys.platform != "linux":
+    raise ImportError("hopslam bench hardware runs on Linux")
+
 _STANDING: Final = 0.01
-"""Speed below which a robot stands, m/s."""
+"""Speed below which a robot counts as at rest, m/s."""
 _WATCHED: Final = 1.5
 """Seconds for which the robot is watched after the ending."""
 _START: Final = 60.0
-"""Seconds that a program has until its robot drives."""
+"""Seconds that a program has until its robot moves."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """An event that ends or suspends a program, and the kind of program that it happens to."""
+    """Event that ends or suspends a program, and the kind of program that it happens to."""
 
     name: str
     action: Callable[[DrivingProgram], None]
     own_program: bool = False
     """True for a user's own program, False for ``hopslam run``."""
     on_terminal: bool = False
-    """True for a program on a terminal, False for one whose streams are pipes."""
+    """True for a program on a terminal, False for one on pipes."""
 
 
 @dataclass(frozen=True, slots=True)
 class EndingResult:
-    """The outcome of an ending; seconds are counted from it, None for never."""
+    """Outcome of an ending; seconds are counted from it, None for never."""
 
     name: str
     to_command: float | None
-    """Seconds until a command to stand had arrived."""
+    """Seconds until a command to stop had arrived."""
     to_stand: float | None
-    """Seconds until the robot stood for good."""
+    """Seconds until the robot had come to rest for good."""
     distance: float
-    """Metres driven after it."""
+    """Metres driven after the ending."""
     exit_code: int | None
-    """The program's exit code, negative for a signal; None while it has not ended."""
+    """Exit code, negative for a signal; None while the program still runs."""
     recorded: bool
-    """True where the run's folder has its metrics."""
+    """True if the run's folder has its metrics."""
 
 
 def _fill_disk(program: DrivingProgram) -> None:
-    """Forbid that any file of the program grows, as on a full disk."""
+    """Forbid the program to make any file longer, as on a full disk."""
     resource.prlimit(program.pid, resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
 
 
@@ -63,11 +68,9 @@ def _suspend_and_resume(program: DrivingProgram) -> None:
     threading.Timer(_WATCHED / 3.0, program.send, [signal.SIGCONT]).start()
 
 
-ENDINGS: Final = (
-    *(
-        Ending(name, lambda program, name=name: program.send(getattr(signal, name)))  # type: ignore[misc]
-        for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGUSR1")
-    ),
+_SIGNALS: Final = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP, signal.SIGUSR1
+ENDINGS: Final[tuple[Ending, ...]] = (
+    *(Ending(number.name, methodcaller("send", number)) for number in _SIGNALS),
     Ending("SIGTSTP, then SIGCONT", _suspend_and_resume),
     Ending("terminal closed", DrivingProgram.close_terminal, on_terminal=True),
     Ending("reader of the output ended", DrivingProgram.close_output),
@@ -78,7 +81,7 @@ ENDINGS: Final = (
 
 
 def ending_result(ending: Ending, plant: str, watched: float = _WATCHED) -> EndingResult:
-    """Start the program, wait until its robot drives, let it end, and watch the robot for so many seconds."""
+    """Start the program, wait until its robot moves, let it end, and watch the robot for some seconds."""
     scenario = load_scenario("corridor")
     with TemporaryDirectory(prefix="hopslam-") as folder, emulated_devices(scenario, plant=plant) as emulator:
         out = Path(folder) / "run"
@@ -112,7 +115,7 @@ def _await_drive(emulator: Emulator, program: DrivingProgram) -> None:
 
 
 def _watch(emulator: Emulator, began: float, watched: float) -> tuple[float | None, float | None]:
-    """Return the seconds until a command to stand had come, and until the robot stood for good."""
+    """Return the seconds until a stop command had arrived, and until the robot had come to rest for good."""
     to_command, moved, last = None, began, emulator.truth
     while time.monotonic() < began + watched:
         time.sleep(0.005)

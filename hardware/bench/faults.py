@@ -1,7 +1,8 @@
-"""Benchmark of faults: how soon the robot stands, which reason it names, and whether the cure brings it back."""
+"""Benchmark of faults: time until the robot stops, the reason that is given, and the recovery after the fault."""
 
 import os
 import signal
+import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,44 +16,47 @@ from hardware.robot import HardwareRobot
 from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
 
+if sys.platform != "linux":
+    raise ImportError("hopslam bench hardware runs on Linux")
+
 
 @dataclass(frozen=True, slots=True)
 class FaultResult:
-    """The outcome of a fault; seconds are None for never."""
+    """Outcome of a fault; seconds are None for never."""
 
     name: str
     to_stand: float | None
-    """Seconds from the fault until the robot stands."""
+    """Seconds from the fault until the robot is at rest."""
     stopped_by: str
     reason: str
-    """Reason that the robot named."""
+    """Reason that the driver gave."""
     to_drive: float | None
-    """Seconds from the cure to the next motion."""
+    """Seconds from the end of the fault to the next motion."""
 
 
-FAULTS: Final = {
+FAULTS: Final[dict[str, tuple[str, str]]] = {
     "lidar unplugged, plugged in": ("lidar", "unplug"),
     "lidar stalls for 3 s": ("lidar", "stall"),
     "lidar dead, alive": ("lidar", "dead"),
     "emergency stop, released": ("robot", "e-stop"),
     "motors switched off, on": ("robot", "motors-off"),
 }
-"""Faults during which a command still reaches the robot, or somebody's hand does: device and kind by name."""
-CUT_OFF: Final = {
+"""Faults during which commands still reach the robot, or somebody touches it: device and kind by name."""
+CUT_OFF: Final[dict[str, tuple[str, str]]] = {
     "robot unplugged, plugged in": ("robot", "unplug"),
     "robot stalls for 3 s": ("robot", "stall"),
 }
-"""Faults during which nothing reaches it."""
+"""Faults during which nothing reaches the robot."""
 _LASTS: Final = 3.0
-"""Seconds from a fault to its cure."""
+"""Seconds from a fault to its end."""
 _PATIENCE: Final = 30.0
-"""Seconds in which a program begins to drive, or its robot stands."""
+"""Seconds within which a program starts to drive, or its robot comes to rest."""
 
 
 def fault_results(
     faults: Mapping[str, tuple[str, str]], watchdog: float, settings: Sequence[str] = ()
 ) -> Iterator[FaultResult]:
-    """Measure each fault while a robot drives whose watchdog waits for so long, seconds."""
+    """Measure each fault on a robot that drives, with this watchdog, seconds."""
     with emulated_robot(watchdog, settings) as emulated:
         for name, fault in faults.items():
             yield _fault_result(emulated, name, *DEVICE_FAULTS[fault])
@@ -73,7 +77,7 @@ def _fault_result(emulated: EmulatedRobot, name: str, begin: Action, end: Action
 
 
 def kill_result(watchdog: float, settings: Sequence[str] = ()) -> FaultResult:
-    """Kill a program that drives, a fork of this one, with SIGKILL, and let another one find its emulated robot."""
+    """Kill a driving program, a fork of this one, with SIGKILL, and let another program find its emulated robot."""
     with emulated_devices(load_scenario("corridor", settings), watchdog) as emulator:
         scenario = load_scenario("corridor", [*settings, *emulator.port_settings])
         program = os.fork()
@@ -103,7 +107,7 @@ def _drive_for_ever(scenario: Scenario) -> None:
 
 
 def _stopper(motors: MotorController) -> str:
-    """Name the reason why the robot does not move, as its firmware knows it."""
+    """Return the reason why the robot does not move, as its firmware knows it."""
     if motors.e_stop:
         return "emergency stop"
     if not motors.enabled:

@@ -1,4 +1,4 @@
-"""Benchmark of noise: the messages that get through a noisy wire, and those of them that are wrong."""
+"""Benchmark of noise: the messages that get through a noisy wire, and the wrong ones among them."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -27,7 +27,7 @@ _REACH: Final = 5.6
 
 @dataclass(frozen=True, slots=True)
 class ByteDamage:
-    """Damages a ``share`` of the bytes, in runs of ``burst``: with ``bits`` one bit of each, else any of its bits."""
+    """Damages a ``share`` of the bytes, in runs of ``burst``: one bit of each with ``bits``, else any of its bits."""
 
     share: float
     burst: int = 1
@@ -50,13 +50,13 @@ class ReceptionCounts:
 
     sent: int = 0
     unharmed: int = 0
-    """Messages that no damage hit ..."""
+    """Messages that no damage hit."""
     received: int = 0
-    """... and those of them that were received."""
+    """Undamaged messages that were received."""
     wrong: int = 0
-    """Messages of which anything was believed that was not sent; for scans, ranges."""
+    """Messages from which something wrong was accepted; for scans, ranges."""
     beams: float = 0.0
-    """Share of all ranges of scans that were received rightly."""
+    """Share of all ranges of scans that were received correctly."""
 
 
 def receive_sips(count: int, damage: ByteDamage, seed: int = 0) -> ReceptionCounts:
@@ -94,7 +94,7 @@ def receive_commands(count: int, damage: ByteDamage, seed: int = 0) -> Reception
 
 
 def receive_scans(count: int, damage: ByteDamage, seed: int = 0) -> ReceptionCounts:
-    """Receive full scans with ranges of their own, as the driver does."""
+    """Receive full scans, each with other ranges, as the driver does."""
     counts, decoder, rng = ReceptionCounts(), FrameDecoder(), np.random.default_rng(seed)
     for k in range(count):
         ranges = np.round(rng.uniform(0.02, _REACH, _REQUEST.values), 3)
@@ -117,7 +117,7 @@ RECEIVERS: Final[dict[str, Callable[[int, ByteDamage], ReceptionCounts]]] = {
 
 
 def _sent(counts: ReceptionCounts, wire: bytes, damage: ByteDamage, rng: np.random.Generator) -> tuple[bytes, bool]:
-    """Return the bytes that arrive of a message, after which the line falls silent, and True where none was hit."""
+    """Return the bytes of a message as they arrive, followed by silence, and True if no byte was hit."""
     arrived = damage.apply(wire, rng)
     counts.sent += 1
     counts.unharmed += arrived == wire

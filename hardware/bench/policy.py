@@ -1,4 +1,4 @@
-"""A policy, and the environment that it is made for."""
+"""Policies, each with its environment."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Final, Protocol, cast
@@ -14,15 +14,15 @@ _SPEED, _TURN_SPEED = 0.5, 0.8
 
 
 class Policy(Protocol):
-    """Chooses the actions of one robot or of many at once: a class without arguments makes it."""
+    """Chooses the actions of one robot or of many at once; the class is called without arguments."""
 
     env_id: str
-    """The environment that it is made for: one of ``hopslam env``."""
+    """Id of its environment, one of ``hopslam env``."""
     arguments: Mapping[str, Any]
-    """Arguments that it is made with: views, reward, ends, settings."""
+    """Arguments of the environment: views, reward, ends, settings."""
 
     def __call__(self, observation: dict[str, NDArray[Any]], /) -> NDArray[Any]:
-        """Choose the action (2,) of a robot, or the actions (N, 2), where the arrays have one more axis in front."""
+        """Choose the action (2,) of one robot, or the actions (N, 2) of many, for arrays with one more leading axis."""
         ...
 
 
@@ -39,11 +39,11 @@ class GoalPolicy:
 
 
 POLICIES: Final[dict[str, Callable[[], Policy]]] = {"goal": GoalPolicy}
-"""The policies that are there, by name."""
+"""The built-in policies, by name."""
 
 
 def make_policy(name: str) -> Policy:
-    """Make the policy of this name, or of a class named ``module:Class``."""
+    """Make the policy with this name, or of a class named ``module:Class``."""
     if name in POLICIES:
         return POLICIES[name]()
     if ":" not in name:

@@ -12,9 +12,9 @@ from slam.scenario.clock import installed_engine
 
 
 def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) -> ResultTable:
-    """Score a policy everywhere with these seeds, and with the first ``on_devices`` of them on emulated devices.
+    """Score a policy in every simulator with these seeds, and on emulated devices with the first ``on_devices``.
 
-    Where PyBullet is not installed, its rows are left out, and the notes say so.
+    Without PyBullet its rows are left out, and the notes say so.
     """
     policy = make_policy(name)
     first, rows = seeds[:on_devices], []

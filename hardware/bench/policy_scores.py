@@ -1,4 +1,4 @@
-"""Benchmark policy: the same policy in a batch, alone without forces, in PyBullet, and on emulated devices."""
+"""Scores of one policy in a batch, in the kinematic simulator, in PyBullet, and on emulated devices."""
 
 from contextlib import closing
 from dataclasses import dataclass
@@ -17,16 +17,16 @@ from slam.scenario.settings import one_or_several
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """The outcome of one episode."""
+    """Outcome of one episode."""
 
     earned: float
-    """The return."""
+    """Return of the episode: the sum of its rewards."""
     seconds: float
     ending: str
 
 
 def score_in_batch(policy: Policy, seeds: range) -> list[Score]:
-    """Let a batch of robots drive one episode each, with these seeds, in as many worlds."""
+    """Let a batch of robots drive one episode each, with these seeds, each in a world of its own."""
     register_ids()
     batch = {"vectorization_mode": "vector_entry_point", "autoreset_mode": AutoresetMode.NEXT_STEP}
     given = {"worlds": len(seeds)} | dict(policy.arguments) | batch
@@ -45,13 +45,13 @@ def score_in_batch(policy: Policy, seeds: range) -> list[Score]:
 
 
 def score_alone(policy: Policy, seeds: range, engine: str) -> list[Score]:
-    """Let one robot of this ``physics.engine`` drive an episode with each of these seeds."""
+    """Let one robot with this ``physics.engine`` drive an episode with each of these seeds."""
     with closing(_make(policy, f"physics.engine={engine}")) as env:
         return [_episode(env, policy, seed) for seed in seeds]
 
 
 def score_on_devices(policy: Policy, seeds: range, plant: str) -> list[Score]:
-    """Let emulated devices that this plant moves drive an episode with each of these seeds, in real time."""
+    """Let emulated devices, moved by this plant, drive an episode with each of these seeds, in real time."""
     scores = []
     for seed in seeds:
         settings = [*one_or_several(policy.arguments.get("settings", ())), f"seed={seed}"]
@@ -64,7 +64,7 @@ def score_on_devices(policy: Policy, seeds: range, plant: str) -> list[Score]:
 
 
 def _make(policy: Policy, *settings: str, **more: Any) -> gymnasium.Env[Any, Any]:
-    """Make the policy's environment with more settings."""
+    """Make the policy's environment, with extra settings."""
     register_ids()
     given = dict(policy.arguments) | more
     given["settings"] = [*one_or_several(policy.arguments.get("settings", ())), *settings]

@@ -28,13 +28,13 @@ _DAMAGES: Final = {
 _QUIET: Final = ("lidar.noise=none", "robot.odometry.travel_noise=0")
 _GOAL: Final = (10.0, 0.0)
 """Goal of the policy in the environment: x, y in the map frame, metres."""
-_PATH_COLUMNS: Final = ("largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg")
+_PATH_COLUMNS: Final = ("largest\ncm", "distance to sim\nrms, cm", "largest\ncm", "heading\ndeg")
 _WATCHDOGS: Final = (2.0, 0.4)
-"""Watchdogs, seconds: as delivered, and as docs/hardware.md says to set it."""
+"""Watchdogs, seconds: the factory setting, and the one that docs/hardware.md recommends."""
 
 
 def load_table(seconds: float, console: Terminal, settings: Sequence[str] = ()) -> ResultTable:
-    """Measure the processor time of drivers and emulator, and how late scans are."""
+    """Measure the processor time of drivers and emulator, and the delay of scans."""
     with console.progress(transient=True, still=True) as bar, emulated_robot(settings=settings) as emulated:
         bar.add_task(f"driving for {seconds:g} s", total=None)
         bar.refresh()
@@ -45,19 +45,19 @@ def load_table(seconds: float, console: Terminal, settings: Sequence[str] = ()) 
         [
             ("CPU of one core, drivers and emulator together", f"{100.0 * load.cpu:.1f} %"),
             ("scans a second", f"{load.scans / load.seconds:.2f}"),
-            ("last beam to observe, median", f"{1e3 * load.latency_median:.1f} ms"),
-            ("last beam to observe, p99", f"{1e3 * load.latency_p99:.1f} ms"),
+            ("from last beam to observe, median", f"{1e3 * load.latency_median:.1f} ms"),
+            ("from last beam to observe, p99", f"{1e3 * load.latency_p99:.1f} ms"),
         ],
         f"The corridor at 0.3 m/s for {seconds:g} s, moved by PyBullet, over two pseudo-terminals.",
     )
 
 
 def fault_table(console: Terminal, settings: Sequence[str] = ()) -> ResultTable:
-    """Measure every fault, and with both watchdogs those in which the robot is alone."""
+    """Measure every fault; faults that cut the robot off are measured with both watchdogs."""
     total = len(FAULTS) + len(_WATCHDOGS) * (len(CUT_OFF) + 1)
     with console.progress(still=True) as bar:
         rows = [_fault_row(*found) for found in bar.track(_faults(settings), total, description="faults")]
-    columns = ("fault", "until it stands\ns", "by", "cure to motion\ns", "reason named")
+    columns = ("fault", "until at rest\ns", "stopped by", "end of fault\nto motion, s", "reason named")
     notes = "A watchdog counts from the last command, up to 0.1 s before the fault, and then begins to brake."
     return ResultTable("Faults at 0.3 m/s", columns, rows, notes)
 
@@ -65,7 +65,7 @@ def fault_table(console: Terminal, settings: Sequence[str] = ()) -> ResultTable:
 def _faults(settings: Sequence[str]) -> Iterator[tuple[FaultResult, str]]:
     """Yield each fault's result, and the condition under which it was measured."""
     conditions = {watchdog: f", watchdog {watchdog:g} s" for watchdog in _WATCHDOGS}
-    # Killed programs are forks: they come first, while there are no threads.
+    # killed programs are forks; they come first, before there are threads
     yield from [(kill_result(watchdog, settings), condition) for watchdog, condition in conditions.items()]
     yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0], settings))
     for watchdog, condition in conditions.items():
@@ -73,12 +73,12 @@ def _faults(settings: Sequence[str]) -> Iterator[tuple[FaultResult, str]]:
 
 
 def ending_table(console: Terminal) -> ResultTable:
-    """Measure every way in which a program ends, with both plants."""
+    """Measure every way in which a program can end, with both plants."""
     results = ((plant, ending_result(ending, plant)) for plant in PLANTS for ending in ENDINGS)
     with console.progress(still=True) as bar:
         total = len(PLANTS) * len(ENDINGS)
         rows = [_end_row(*found) for found in bar.track(results, total, description="endings")]
-    columns = ("a program's end", "plant", "told to stop\ns", "stands\ns", "way\ncm", "exit code", "metrics.json")
+    columns = ("a program's end", "plant", "stop command\ns", "at rest\ns", "distance\ncm", "exit code", "metrics.json")
     notes = "No program can see SIGKILL and SIGSTOP: there the robot's watchdog stops it, as in the table of faults."
     return ResultTable("A program ends at 0.3 m/s", columns, rows, notes)
 
@@ -91,15 +91,15 @@ def noise_table(packets: int, console: Terminal) -> ResultTable:
             _noise_row(name, kind, receive(packets, damage))
             for name, receive, kind, damage in bar.track(messages, description="noise")
         ]
-    columns = ("", "damage", "sent", "not hit", "of these\nreceived %", "believed\nwrongly", "ranges\nkept %")
-    notes = "Wrong scans are counted by their ranges. Kept are, of all ranges of all scans, those received rightly."
+    columns = ("", "damage", "sent", "not hit", "of these\nreceived %", "accepted\nwrong", "ranges\nkept %")
+    notes = "For scans, wrong ranges are counted. Kept: share of all ranges of all scans that were received correctly."
     return ResultTable("A noisy wire", columns, rows, notes)
 
 
 def sim_table(
     scenario: str, settings: Sequence[str], console: Terminal, allow_modules: Sequence[str] = ()
 ) -> ResultTable:
-    """Compare a scenario simulated and on emulated devices, without noise, with it, and with that of another seed."""
+    """Compare a scenario, simulated and on emulated devices, without noise and with the noise of two seeds."""
     load = partial(load_scenario, scenario, allow_modules=allow_modules)
     quiet, other = [*settings, *_QUIET], [*settings, f"seed={load(settings).seed + 1000}"]
     calm, noisy = drive_simulated(load, quiet, console), drive_simulated(load, settings, console)
@@ -112,8 +112,8 @@ def sim_table(
     ]
     columns = ("", "SLAM error\nrms, cm", *_PATH_COLUMNS, "ends of legs\ncm")
     notes = (
-        "The true way is compared with that of sim, at the same places along the route. The robot steers by SLAM, "
-        "whose errors come from noise, another one in every run: another seed tells what noise alone does."
+        "The true path is compared with that of sim, at the same points along the route. The robot steers by SLAM, "
+        "whose errors come from noise, which differs in every run: another seed shows the effect of noise alone."
     )
     return ResultTable(f"{scenario}, simulated and on emulated devices", columns, rows, notes)
 
@@ -126,8 +126,8 @@ def env_table(scenario: str, settings: Sequence[str], allow_modules: Sequence[st
     columns = ("", "pose error\nrms, cm", *_PATH_COLUMNS, "at rest\ncm")
     rows = [_env_row("sim", simulated, simulated), *(_env_row(name, path, simulated) for name, path in paths.items())]
     notes = (
-        "The true ways. Simulated, the policy is told where the goal truly is; on devices, where SLAM says that it is. "
-        "The plant plan has no noise, and wheels without errors. At rest: between the places where the robot ends."
+        "True paths. In the simulator the policy gets the true direction of the goal; on devices, that of SLAM. "
+        "The plant plan has no noise, and wheels without errors. At rest: distance between the final positions."
     )
     return ResultTable(
         f"{scenario} in the environment, to x = 10 m, simulated and on emulated devices", columns, rows, notes

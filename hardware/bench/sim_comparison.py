@@ -52,19 +52,19 @@ def _run(experiment: Experiment, recorder: PathRecorder, console: Terminal, name
 
 
 def drive_env_simulated(load: LoadScenario, settings: Sequence[str], goal: Point) -> DrivenPath:
-    """Drive the simulated robot, which is told the true direction of the goal, x and y in the map frame."""
+    """Drive the simulated robot, which is given the true direction of the goal, x and y in the map frame."""
     return _run_episode(P3DXEnv(load(settings), observe="goal"), goal, None)
 
 
 def drive_env_emulated(load: LoadScenario, settings: Sequence[str], goal: Point, plant: str) -> DrivenPath:
-    """Drive emulated devices that this plant moves, in real time; SLAM tells them the direction of the goal."""
+    """Drive emulated devices, moved by this plant, in real time; SLAM gives them the direction of the goal."""
     with emulated_devices(load(settings), plant=plant) as emulator, emulator:
         scenario = load([*settings, *emulator.port_settings])
         return _run_episode(P3DXEnv(scenario, observe="goal", backend="hardware", yes=True), goal, emulator)
 
 
 def _run_episode(env: P3DXEnv, goal: Point, emulator: Emulator | None) -> DrivenPath:
-    """Run one episode until its end, and then until the robot stands."""
+    """Run one episode to its end, and then until the robot is at rest."""
     recorder, policy = PathRecorder(emulator), GoalPolicy()
     with closing(env):
         observation, info = env.reset(seed=env.scenario.seed, options={"goal": goal})

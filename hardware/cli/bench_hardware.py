@@ -21,7 +21,7 @@ class Benchmark(StrEnum):
 
 
 def bench_hardware(
-    parts: Annotated[list[Benchmark] | None, typer.Argument(help="Benchmarks; all without one.")] = None,
+    parts: Annotated[list[Benchmark] | None, typer.Argument(help="Benchmarks; default: all.")] = None,
     seconds: Annotated[float, typer.Option(min=2.0, metavar="S", help="load: seconds to drive.")] = 20.0,
     packets: Annotated[int, typer.Option(min=1, help="noise: messages of each kind.")] = 10_000,
     scenario: Annotated[str, typer.Option(metavar="NAME", help="sim, env: scenario to drive twice.")] = "corridor",
@@ -32,11 +32,11 @@ def bench_hardware(
 ) -> None:
     """Measure the drivers on emulated devices.
 
-    load: processor time, and how old scans are. faults: how soon the robot stands, and whether a cure brings it back.
-    endings: how soon it stands when its program is ended, suspended, or loses its terminal or its disk. noise: what
-    damaged bytes let through. sim: the same scenario driven by the simulated robot and by the drivers, in real time,
-    with noise and without. env: one policy in the learning environment, simulated and on devices, to x = 10 m. All of
-    it takes about fifteen minutes; quiet machines give better numbers.
+    load: processor time, and delay of scans. faults: time until the robot stops after a fault, and until it moves
+    again. endings: time until it stops when its program is ended, suspended, or loses its terminal or its disk. noise:
+    messages received in spite of damaged bytes. sim: the same scenario driven by the simulated robot and by the
+    drivers, in real time, with noise and without. env: one policy in the learning environment, simulated and on
+    devices, to x = 10 m. All parts together take about fifteen minutes; an idle machine gives better numbers.
 
     [bold]Examples[/bold]
 
@@ -55,10 +55,14 @@ def bench_hardware(
     hopslam bench hardware env --set seed=3
     """
     import os
+    import sys
 
     from slam.console.result_table import ResultTable
     from slam.console.terminal import Terminal
+    from slam.errors import InputError
 
+    if sys.platform != "linux":
+        raise InputError("hopslam bench hardware ends programs by what only Linux has; run it there")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     console = Terminal()
     from hardware.bench import report

@@ -6,15 +6,15 @@ import typer
 
 
 def bench_policy(
-    policy: Annotated[str, typer.Argument(help="goal, or module:Class: see docs/env.md.")] = "goal",
+    policy: Annotated[str, typer.Argument(help="Policy: goal, or module:Class; see docs/env.md.")] = "goal",
     episodes: Annotated[int, typer.Option(min=1, help="Episodes in every simulator.")] = 20,
     devices: Annotated[int, typer.Option(min=0, help="Episodes on emulated devices, in real time.")] = 1,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the first; the others follow.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first episode; the others follow.")] = 0,
 ) -> None:
-    """Score one policy in a batch, alone without forces, in PyBullet, and on emulated devices, without change.
+    """Score the same policy in a batch, in the kinematic simulator, in PyBullet, and on emulated devices.
 
-    goal drives to the next way-point of the corridor for 20 s. A class of your own makes a policy that was trained: it
-    has env_id and arguments, the environment that it is made for, and is called with an observation for an action.
+    goal drives to the next way-point of the corridor for 20 s. Your own class loads a trained policy: its attributes
+    env_id and arguments define the environment, and calling it with an observation returns an action.
 
     [bold]Examples[/bold]
 

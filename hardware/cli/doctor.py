@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
@@ -16,20 +17,24 @@ if TYPE_CHECKING:
     from slam.lidars import LidarName
     from slam.scan import LaserScan
 
+_DMESG: Final = "the last lines of: sudo dmesg"
+_SYSTEM_LOGS: Final = {"win32": "Ports in the Device Manager", "darwin": "USB in System Information"}
+"""Where a system that is not Linux lists what was plugged in."""
+
 
 def doctor(
-    ports: Annotated[list[str] | None, typer.Argument(help="Ports to examine; all likely ones by default.")] = None,
+    ports: Annotated[list[str] | None, typer.Argument(help="Ports to examine; default: all likely ones.")] = None,
     every_port: Annotated[
-        bool, typer.Option("--all", help="Examine every serial port, whatever it seems to be.")
+        bool, typer.Option("--all", help="Examine every serial port, including unlikely ones.")
     ] = False,
     lidar_baud: Annotated[int, typer.Option(metavar="RATE", help="First bit rate to try with a lidar.")] = 500000,
     png: Annotated[Path, typer.Option(metavar="FILE", help="Picture of a lidar's scan.")] = Path("scan.png"),
     record_wire: RecordWire = None,
 ) -> None:
-    """Find out which devices answer on the serial ports, or what keeps them from answering. Nothing moves.
+    """Find the devices on the serial ports, or the reasons why they do not answer. Nothing moves.
 
-    It examines the ports that are named; without names, those of lidars and of USB adapters, and with --all every
-    one. The exit code is 3 where a named port, or a device that was found, is not fit for use, and where none is found.
+    It examines the named ports; without names, those of lidars and USB adapters, and with --all every one. The exit
+    code is 3 if a named port, or a found device, cannot be used, and if no device is found.
 
     [bold]Examples[/bold]
 
@@ -61,12 +66,12 @@ def doctor(
 
 
 def _ports_to_examine(every_port: bool, console: Terminal) -> list[str]:
-    """List the ports to examine where none is named, and say which ones are left alone."""
+    """Return the ports to examine if none is named, and print which ones are left out."""
     from hardware.usb_serial import listed_ports
 
     listed = listed_ports()
     if not listed:
-        console.print("no serial ports; plug a device in, and look at the last lines of: sudo dmesg")
+        console.print(f"no serial ports; plug a device in, and look at {_SYSTEM_LOGS.get(sys.platform, _DMESG)}")
     chosen = [port for port in listed if port.likely or every_port]
     for port in listed:
         if port not in chosen:

@@ -1,37 +1,65 @@
 """``hopslam emulate``."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
 from slam.console.options import Foxglove, FoxgloveAt, RecordWire, Rerun, Ros, ScenarioName, Settings
 
-Share = Annotated[float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Share of the bytes, both directions.")]
+if TYPE_CHECKING:
+    from contextlib import ExitStack
+
+    from hardware.emulator.emulator import EmulatorState
+    from slam.run.topics.topic_choice import TopicChoice
+    from slam.scenario.schema import Scenario
+
+LinkDir = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Folder for the links p3dx and urg04lx, or ld19, to the devices.")
+]
+Tcp = Annotated[
+    bool, typer.Option("--tcp", help="Use TCP ports on the loopback interface instead of pseudo-terminals.")
+]
+Faults = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="DEVICE:KIND@AT+SECONDS",
+        help="robot or lidar: unplug, stall, e-stop, motors-off, battery-low, battery-empty, dead, reboot.",
+    ),
+]
+_SHARE: Final[dict[str, Any]] = {"min": 0.0, "max": 1.0, "metavar": "SHARE"}
+BitErrors = Annotated[float, typer.Option(**_SHARE, help="Share of bytes with a flipped bit, in both directions.")]
+Dropped = Annotated[float, typer.Option(**_SHARE, help="Share of bytes that are lost, in both directions.")]
+Duplicated = Annotated[float, typer.Option(**_SHARE, help="Share of bytes that arrive twice, in both directions.")]
+Drift = Annotated[float, typer.Option(metavar="SHARE", help="Relative error of the lidar's clock; positive: fast.")]
+Rs232 = Annotated[bool, typer.Option("--rs232", help="Connect the lidar by RS-232, with the speed of its bit rate.")]
+Watchdog = Annotated[
+    float, typer.Option(min=0.0, max=60.0, metavar="S", help="Watchdog of the robot, seconds; 0: none.")
+]
+PlantName = Annotated[
+    str, typer.Option(metavar="NAME", help="Simulation that moves the devices: sim, or plan, without PyBullet.")
+]
+NoiseSeed = Annotated[int, typer.Option(min=0, help="Seed of the damage to bytes.")]
+Truth = Annotated[Path | None, typer.Option(metavar="FILE", help="File for the true poses, as TUM text.")]
 
 
 def emulate(
     scenario: ScenarioName = "corridor",
-    link_dir: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Links p3dx and urg04lx, or ld19, are made there.")
-    ] = None,
-    tcp: Annotated[bool, typer.Option("--tcp", help="TCP ports on the loopback interface instead.")] = False,
-    fault: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="DEVICE:KIND@AT+SECONDS",
-            help="robot or lidar: unplug, stall, e-stop, motors-off, battery-low, battery-empty, dead, reboot.",
-        ),
-    ] = None,
-    bit_errors: Share = 0.0,
-    dropped: Share = 0.0,
-    duplicated: Share = 0.0,
-    drift: Annotated[float, typer.Option(metavar="SHARE", help="Share by which the lidar's clock runs faster.")] = 0.0,
-    rs232: Annotated[bool, typer.Option("--rs232", help="The lidar on RS-232: its bit rate limits it.")] = False,
-    watchdog: Annotated[float, typer.Option(min=0.0, max=60.0, metavar="S", help="The robot's; 0 is none.")] = 2.0,
-    plant: Annotated[str, typer.Option(metavar="NAME", help="Simulation: sim, or plan, without PyBullet.")] = "sim",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the damage to bytes.")] = 0,
-    truth: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the true poses there, as TUM text.")] = None,
+    link_dir: LinkDir = None,
+    tcp: Tcp = False,
+    fault: Faults = None,
+    bit_errors: BitErrors = 0.0,
+    dropped: Dropped = 0.0,
+    duplicated: Duplicated = 0.0,
+    drift: Drift = 0.0,
+    rs232: Rs232 = False,
+    watchdog: Watchdog = 2.0,
+    plant: PlantName = "sim",
+    seed: NoiseSeed = 0,
+    truth: Truth = None,
     record_wire: RecordWire = None,
     settings: Settings = None,
     rerun: Rerun = None,
@@ -41,8 +69,8 @@ def emulate(
 ) -> None:
     """Emulate a P3-DX and its lidar, a URG-04LX or an LD19, for any software that speaks to such devices.
 
-    The scenario's world moves them in real time. One line of JSON has their addresses once they are ready; they run
-    until Ctrl-C.
+    They move in the scenario's world in real time. Once they are ready, one line of JSON with their addresses is
+    printed; they run until Ctrl-C.
 
     [bold]Examples[/bold]
 
@@ -65,13 +93,10 @@ def emulate(
 
     from hardware.emulator.emulator import emulated_lidar
     from hardware.emulator.serial_line import LineNoise
-    from hardware.emulator.serve import EmulatorView, emulator_scene, serve
-    from hardware.emulator.topics import EmulatorTopics
+    from hardware.emulator.serve import serve
     from hardware.wire.session import WireSession
-    from slam.console.terminal import Terminal
     from slam.run.backends import make_plant
     from slam.run.topics.topic_choice import TopicChoice
-    from slam.run.viewer.viewers import Viewers
     from slam.scenario.file import read_scenario
 
     noise = LineNoise(bit_errors, dropped, duplicated)
@@ -80,16 +105,29 @@ def emulate(
     emulated_plant = make_plant(plant, loaded)
     with ExitStack() as stack:
         wire = stack.enter_context(WireSession(record_wire))
-        shows, console = [], Terminal(stderr=True)
-        viewers = stack.enter_context(Viewers(rerun or (), console))
-        if rerun:
-            scene = emulator_scene(loaded)
-            broadcast = viewers.open(scene)
-            assert broadcast is not None  # there are targets
-            shows.append(EmulatorView(stack.enter_context(broadcast), scene).show)
-        choice = TopicChoice(ros, foxglove_at or foxglove)
-        if (topics := stack.enter_context(choice.session(console))) is not None:
-            shows.append(EmulatorTopics(topics, loaded).show)
+        shows = _open_shows(stack, loaded, rerun or (), TopicChoice(ros, foxglove_at or foxglove))
         serve(
             emulated_plant, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, shows, wire, lidar
         )
+
+
+def _open_shows(
+    stack: ExitStack, scenario: Scenario, rerun: Sequence[str], topics: TopicChoice
+) -> list[Callable[[EmulatorState], None]]:
+    """Open the viewers and the topics; return the functions that show a state there."""
+    from hardware.emulator.serve import EmulatorView, emulator_scene
+    from hardware.emulator.topics import EmulatorTopics
+    from slam.console.terminal import Terminal
+    from slam.run.viewer.viewers import Viewers
+
+    shows: list[Callable[[EmulatorState], None]] = []
+    console = Terminal(stderr=True)
+    viewers = stack.enter_context(Viewers(rerun, console))
+    if rerun:
+        scene = emulator_scene(scenario)
+        broadcast = viewers.open(scene)
+        assert broadcast is not None  # there is a target
+        shows.append(EmulatorView(stack.enter_context(broadcast), scene).show)
+    if (session := stack.enter_context(topics.session(console))) is not None:
+        shows.append(EmulatorTopics(session, scenario).show)
+    return shows

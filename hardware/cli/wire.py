@@ -8,14 +8,14 @@ import typer
 
 def wire(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="File that --record-wire has written.")],
-    port: Annotated[str | None, typer.Option(metavar="PORT", help="Only this port.")] = None,
-    raw: Annotated[bool, typer.Option("--raw", help="Show the bytes, too.")] = False,
+    port: Annotated[str | None, typer.Option(metavar="PORT", help="List only this port.")] = None,
+    raw: Annotated[bool, typer.Option("--raw", help="Also show the bytes.")] = False,
 ) -> None:
-    """List what passed over the ports of the devices, message by message.
+    """List the recorded traffic on the ports of the devices, message by message.
 
-    Seconds since the first byte, the port, > to the device or < from it, and the message of ARCOS or SCIP. A file that
-    was cut off is read as far as it goes. The drivers play it as a device, at the port wire:FILE, or wire:FILE#PORT
-    where it has several: it answers as the recorded device did.
+    Each line has the seconds since the first byte, the port, > to the device or < from it, and the message. A truncated
+    file is read as far as possible. A driver can open the port wire:FILE, or wire:FILE#PORT if it has several: the
+    recording then answers like the device.
 
     [bold]Examples[/bold]
 

@@ -1,4 +1,4 @@
-"""Examines serial ports: which device answers there, what it says of itself, and what keeps it from driving."""
+"""Examines serial ports: which device answers, its description, and reasons why it cannot be used."""
 
 from hardware.doctor.finding import Finding
 from hardware.doctor.ld_lidar import examine_ld_lidar
@@ -10,10 +10,10 @@ from slam.errors import RobotError
 
 
 def examine(port: str, lidar_baud: int, wire: WireSession | None = None) -> Finding:
-    """Find out which device answers at this port, and what it says.
+    """Find out which device answers at this port, and describe it.
 
     Nothing moves: the robot is opened, read and closed, its motors without power. A lidar's laser is off afterwards.
-    First it is listened whether something talks by itself, before anything is written.
+    Before it writes, the doctor listens for a device that sends without being asked.
     """
     tried = []
     for look in (examine_ld_lidar, examine_scip_lidar, examine_robot):

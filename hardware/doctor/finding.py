@@ -17,17 +17,17 @@ class Finding:
     faults: tuple[str, ...] = ()
     """Reasons that keep the device from use, each with the next step."""
     scan: LaserScan | None = None
-    """One scan, where it is a lidar that measures ..."""
+    """One scan, from a lidar that measures."""
     model: LidarName = "urg04lx"
-    """... and the model that it is taken for."""
+    """Model of the lidar."""
 
     @property
     def fine(self) -> bool:
-        """True where a device answers and nothing is wrong with it."""
+        """True if a device answers and nothing is wrong with it."""
         return self.answered and not self.faults
 
     @property
     def advice(self) -> str | None:
-        """Cure that makes the line of a device that answers faster; None where there is none."""
+        """Advice that makes the device's line faster; None if there is none."""
         timer = latency_timer(self.port) if self.answered else None
         return timer.advice if timer else None

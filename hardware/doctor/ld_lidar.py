@@ -1,4 +1,4 @@
-"""LDROBOT's lidars, which talk by themselves."""
+"""Finds LDROBOT's lidars, which send without being asked."""
 
 import time
 from contextlib import closing
@@ -17,7 +17,7 @@ _LISTENING: Final = 0.5
 
 
 def examine_ld_lidar(port: str, _: int, wire: WireSession | None) -> Finding:
-    """Listen, and write nothing; NoDevice where no such lidar talks."""
+    """Listen without writing; NoDevice if no such lidar sends."""
     decoder, packets = LdDecoder(), []
     with closing(SerialPort(port, BAUD, wire)) as line:
         until = time.monotonic() + _LISTENING

@@ -1,4 +1,4 @@
-"""A robot that speaks ARCOS: what it is, its settings, and one report."""
+"""Examines a robot that speaks ARCOS: its model, its settings, and one report."""
 
 import threading
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ _LONGEST_WATCHDOG: Final = 2.0
 
 
 def examine_robot(port: str, _: int, wire: WireSession | None) -> Finding:
-    """Open the robot, read its settings and a report, and close it; NoDevice where none answers."""
+    """Open the robot, read its settings and a report, and close it; NoDevice if none answers."""
     line = ArcosLine(SerialPort(port, _FIRST_ROBOT_BAUD, wire), threading.Event())
     with closing(line.port):
         try:
@@ -60,7 +60,7 @@ def _robot_faults(identity: Identity, config: ArcosConfig | None, report: Sip | 
     elif report is None:
         yield "the robot reports nothing that makes sense; look at its cable, and switch it off and on"
     if config is None:
-        yield "the robot does not say its settings (no CONFIG), so its watchdog is unknown; switch it off and on"
+        yield "the robot does not report its settings (no CONFIG), so its watchdog is unknown; switch it off and on"
     elif not 0.0 < config.watchdog <= _LONGEST_WATCHDOG:
         watchdog = f"{config.watchdog:g} s" if config.watchdog else "off"
         yield f"its watchdog is {watchdog}; set it to at most {_LONGEST_WATCHDOG:g} s in its FLASH (ARCOScf: watchdog)"
@@ -77,7 +77,7 @@ def _report_faults(report: Sip, low_battery: float) -> Iterator[str]:
             for name, contacts in (("left", report.left_contacts), ("right", report.right_contacts))
             if contacts & 1
         ]
-        yield f"it says that its {' and '.join(sides)} wheel cannot turn; free it"
+        yield f"it reports that its {' and '.join(sides)} wheel cannot turn; free it"
     if report.front_bumpers or report.rear_bumpers:
         yield "one of its bumpers is pressed; push the robot free"
     if report.volts < low_battery:

@@ -1,4 +1,4 @@
-"""A lidar that speaks SCIP: what it is, its state, and one scan."""
+"""Examines a lidar that speaks SCIP: its model, its state, and one scan."""
 
 import threading
 from contextlib import closing, suppress
@@ -21,11 +21,11 @@ from slam.errors import RobotError
 from slam.scan import LaserScan
 
 _WORKS: Final = "Sensor works well"
-"""Words of a lidar without a fault (C-42-03320B, II)."""
+"""States that a lidar without a fault reports (C-42-03320B, II)."""
 
 
 def examine_scip_lidar(port: str, baud: int, wire: WireSession | None) -> Finding:
-    """Find the lidar, ask what it is, and take a scan; NoDevice where none answers."""
+    """Find the lidar, ask for its model, and take a scan; NoDevice if none answers."""
     line = ScipLine(SerialPort(port, baud, wire), threading.Event())
     with closing(line.port):
         connect_lidar(line, baud)
@@ -45,9 +45,12 @@ def examine_scip_lidar(port: str, baud: int, wire: WireSession | None) -> Findin
 
 
 def _try_laser(line: ScipLine, parameters: SensorParameters) -> tuple[list[str], LaserScan | None]:
-    """Ask for the state, switch the laser on and take a scan; what the lidar said where it refused, and the scan."""
+    """Ask for the state, switch the laser on and take a scan.
+
+    Return what the lidar said if it refused, and the scan.
+    """
     faults: list[str] = []
-    with suppress(RobotError, DecodeError):  # not every sensor knows II
+    with suppress(RobotError, DecodeError):  # not every sensor has II
         condition = SensorState.decode(line.ask_until_answered("II")).condition
         if not condition.startswith(_WORKS):
             faults.append(f'the lidar says of itself: "{condition}"; switch it off and on, and see its manual')
@@ -63,7 +66,7 @@ def _try_laser(line: ScipLine, parameters: SensorParameters) -> tuple[list[str],
 
 
 def _latest(line: ScipLine, parameters: SensorParameters) -> ScanData:
-    """Ask for one scan, by MD where the sensor does not know GD."""
+    """Ask for one scan, by MD if the sensor does not have GD."""
     single = ScanRequest("GD", parameters.first, parameters.last)
     for _ in range(3):
         with suppress(DecodeError):

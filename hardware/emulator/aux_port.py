@@ -1,4 +1,4 @@
-"""An auxiliary serial port of the emulated P3-DX, with a device there or none."""
+"""An auxiliary serial port of the emulated P3-DX, with or without a device."""
 
 from typing import Final
 
@@ -8,14 +8,14 @@ SERAUX_PACKETS: Final = (0xB0, 0xB8, 0xC8)
 """SERAUXpac, SERAUX2pac and SERAUX3pac."""
 _ROOM: Final = 253
 """Bytes from the device that the port keeps."""
-_MOST: Final = 194
+_MAX_DATA: Final = 194
 """Bytes that one packet has room for."""
 
 
 class AuxPort:
     """Carries bytes between the client and a device at AUX1, AUX2 or AUX3.
 
-    TTY sends to the device; GETAUX waits until so many bytes have come from it, and then sends them in one packet.
+    TTY sends to the device; GETAUX waits until a number of bytes has come from it, and then sends them in one packet.
     """
 
     def __init__(self, packet_id: int) -> None:
@@ -30,17 +30,17 @@ class AuxPort:
         self.sent += data
 
     def put(self, data: bytes) -> None:
-        """Receive bytes from the device; those without room are lost."""
+        """Receive bytes from the device; bytes that do not fit are lost."""
         self._waiting = (self._waiting + data)[:_ROOM]
 
     def request(self, count: int) -> None:
-        """Wait for so many bytes; 0 forgets those that have come: GETAUX, GETAUX2, GETAUX3."""
-        self._wanted = min(count, _MOST)
+        """Wait for ``count`` bytes; 0 drops the bytes received so far: GETAUX, GETAUX2, GETAUX3."""
+        self._wanted = min(count, _MAX_DATA)
         if count == 0:
             self._waiting = b""
 
     def packet(self) -> bytes:
-        """Return the packet with the bytes asked for; none until they have come."""
+        """Return the packet with the requested bytes, or nothing until they have come."""
         if not self._wanted or len(self._waiting) < self._wanted:
             return b""
         data, self._waiting = self._waiting[: self._wanted], self._waiting[self._wanted :]

@@ -1,7 +1,7 @@
 """Both emulated devices in real time, on a thread of their own."""
 
-import os
 import select
+import socket
 import threading
 import time
 from collections import deque
@@ -15,7 +15,7 @@ import numpy as np
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from hardware.emulator.plant import Plant
-from hardware.emulator.ports import Port, PtyPort
+from hardware.emulator.ports import Port, pseudo_terminal
 from hardware.emulator.serial_line import ConnectedDevice, EmulatedLidar, LineNoise
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.lidars.models import LIDAR_DEVICES, lidar_emulator
@@ -25,31 +25,31 @@ from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.schema import Scenario
 
 _FARTHEST_BEHIND: Final = 1.0
-"""Seconds by which the emulated world may fall behind the clock; beyond, it skips time."""
+"""Seconds by which the emulated world may fall behind the clock; beyond that, it skips time."""
 _LONGEST_WAIT: Final = 60.0
-"""Seconds to wait at most, since a stall without an end has no time at which it ends."""
+"""Longest wait, seconds, as a stall without an end has no time at which it ends."""
 
 
 def emulated_lidar(scenario: Scenario) -> str:
-    """Return the model of the scenario's lidar; a URG-04LX for one that has no emulator."""
+    """Return the model of the scenario's lidar; a URG-04LX for a model that has no emulator."""
     return scenario.lidar.model if scenario.lidar.model in LIDAR_DEVICES else "urg04lx"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EmulatorState:
-    """The emulated world as a viewer shows it; metres, radians, seconds since the emulator was made."""
+    """The emulated world for a viewer; metres, radians, seconds since the emulator was made."""
 
     stamp: float
     T_map_base: Pose2D
     T_odom_base: Pose2D
-    """Pose of the base by its wheels, in the frame where it was put down."""
+    """Pose of the base by its wheels, in the frame of its start."""
     points: FloatArray
-    """(N, 2): the ends of the beams of the last turn, sensor frame; none while the laser is off."""
+    """(N, 2): the ends of the beams of the last turn, sensor frame; empty while the laser is off."""
     stalled: bool
     bearings: FloatArray
-    """(B,): the directions of the lidar, radians, sensor frame ..."""
+    """(B,): directions of the beams, radians, sensor frame."""
     ranges: FloatArray
-    """... and the newest range in each, metres; nan where nothing is measured, or the laser is off."""
+    """(B,): newest range in each direction, metres; nan where nothing is measured, or while the laser is off."""
     volts: float
     """Voltage of the robot's battery."""
 
@@ -58,19 +58,19 @@ _T = TypeVar("_T")
 
 
 def device_name(lidar: str) -> str:
-    """Return the name of the device that this model is: Table 1 describes a URG-04LX with fewer beams."""
+    """Return the device name of this model; the lidar of Table 1 is a URG-04LX with fewer beams."""
     return "urg04lx" if lidar == "table1" else lidar
 
 
 class Emulator(Closing):
     """A P3-DX and a lidar at two ports; use it as a context manager.
 
-    ``noise`` is on both lines and ``drift`` in the lidar's clock. ``lidar_on_usb`` sets its line free of any bit rate;
-    with ``paced`` it answers as slowly as a real one, one command a turn. ``wire`` is told what passes at both
-    ports, and ``lidar`` is the model of the lidar.
+    ``noise`` damages bytes on both lines and ``drift`` is the error of the lidar's clock. With ``lidar_on_usb`` no bit
+    rate limits its line; with ``paced`` it answers as slowly as a real one, one command per turn. ``wire`` records what
+    passes at both ports, and ``lidar`` is the model of the lidar.
 
-    All devices belong to the thread; others reach them through ``do``. What happens at one time is done in the order of
-    time, however late the thread wakes up.
+    All devices belong to the thread; other threads reach them through ``do``. Events are handled in the order of their
+    times, however late the thread wakes up.
     """
 
     def __init__(
@@ -93,13 +93,14 @@ class Emulator(Closing):
         self.p3dx = EmulatedP3dx(plant, now, robot_config)
         self._model = lidar
         self.scanner: EmulatedLidar = lidar_emulator(lidar)(plant, now, drift, paced)
-        self.robot = ConnectedDevice(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise, wire)
-        self.lidar = ConnectedDevice(self.scanner, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise, wire)
+        robot_port, lidar_port = robot_port or pseudo_terminal(), lidar_port or pseudo_terminal()
+        self.robot = ConnectedDevice(self.p3dx, robot_port, True, 2 * seed, noise, wire)
+        self.lidar = ConnectedDevice(self.scanner, lidar_port, not lidar_on_usb, 2 * seed + 1, noise, wire)
         self._devices = (self.robot, self.lidar)
         self._calls: deque[Callable[[], object]] = deque()
         self._schedule: list[tuple[float, Callable[[], object]]] = []
         self._began = now
-        self._wake_read, self._wake_write = os.pipe()
+        self._wake, self._waker = socket.socketpair()
         self._stopping = False
         self._lag = 0.0
         self._thread = threading.Thread(target=self._serve, name="emulator", daemon=True)
@@ -110,7 +111,7 @@ class Emulator(Closing):
 
     @property
     def urg04lx(self) -> EmulatedUrg04lx:
-        """The lidar, where it is a URG-04LX."""
+        """The lidar, if it is a URG-04LX."""
         assert isinstance(self.scanner, EmulatedUrg04lx)
         return self.scanner
 
@@ -122,7 +123,7 @@ class Emulator(Closing):
 
     @property
     def now(self) -> float:
-        """Time of the emulated world, seconds: the host's monotonic clock, less the time skipped."""
+        """Time of the emulated world, seconds: the host's monotonic clock, minus the skipped time."""
         return time.monotonic() - self._lag
 
     @property
@@ -132,29 +133,29 @@ class Emulator(Closing):
 
     @property
     def state(self) -> EmulatorState:
-        """The world as it is now."""
+        """Present state of the world."""
         return self.do(self._state)
 
     def schedule(self, at: float, call: Callable[[], object]) -> None:
-        """Let the thread call this ``at`` seconds after the emulator was made; before it is entered only."""
+        """Make the thread call this ``at`` seconds after the emulator was made; only before the emulator is entered."""
         self._schedule.append((self._began + at, call))
         self._schedule.sort(key=lambda item: -item[0])
 
     def do(self, call: Callable[[], _T]) -> _T:
-        """Let the thread call this, between two actions of its own, and return the result."""
+        """Make the thread call this between two of its actions, and return the result."""
         result: Future[_T] = Future()
         self._calls.append(lambda: result.set_result(call()))
-        os.write(self._wake_write, b"!")
+        self._waker.send(b"!")
         return result.result()
 
     def close(self) -> None:
-        """Stop, and pull both plugs."""
+        """Stop the thread, and unplug both ports."""
         if self._thread.is_alive():
             self._stopping = True
-            os.write(self._wake_write, b"!")
+            self._waker.send(b"!")
             self._thread.join()
-            os.close(self._wake_read)
-            os.close(self._wake_write)
+            self._wake.close()
+            self._waker.close()
 
     def _state(self) -> EmulatorState:
         bearings, ranges = self.scanner.sweep
@@ -182,7 +183,7 @@ class Emulator(Closing):
             connected.port.close()
 
     def _catch_up(self) -> None:
-        """Do everything that was due until now, in the order of time."""
+        """Do everything that is due, in the order of time."""
         first = min(self._devices, key=lambda connected: connected.device.due)
         self._lag += max(0.0, self.now - first.device.due - _FARTHEST_BEHIND)
         while first.device.due <= self.now:
@@ -193,6 +194,6 @@ class Emulator(Closing):
         times = [connected.wake for connected in self._devices] + [at for at, _ in self._schedule[-1:]]
         timeout = min(max(0.0, min(times) - self.now), _LONGEST_WAIT)
         filenos = [fileno for connected in self._devices for fileno in connected.filenos(self.now)]
-        ready, _, _ = select.select([*filenos, self._wake_read], [], [], timeout)
-        if self._wake_read in ready:
-            os.read(self._wake_read, 64)
+        ready, _, _ = select.select([*filenos, self._wake.fileno()], [], [], timeout)
+        if self._wake.fileno() in ready:
+            self._wake.recv(64)

@@ -1,4 +1,4 @@
-"""Faults of emulated devices, also by the clock: ``lidar:unplug@10+5`` pulls the lidar's plug after 10 s, for 5 s."""
+"""Faults of emulated devices, on a schedule: ``lidar:unplug@10+5`` unplugs the lidar after 10 s, for 5 s."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ DEVICE_FAULTS: Final[dict[tuple[str, str], tuple[Action, Action]]] = {
 
 @dataclass(frozen=True, slots=True)
 class TimedFault:
-    """A fault of a device, its beginning and its duration, seconds; without a duration it stays."""
+    """Fault of a device, its start and its duration, seconds; None stays for good."""
 
     device: str
     kind: str
@@ -49,7 +49,7 @@ class TimedFault:
         return cls(found[1], found[2], float(found[3]), None if found[4] is None else float(found[4]))
 
     def schedule(self, emulator: Emulator) -> None:
-        """Let the fault happen, before the emulator is entered."""
+        """Schedule the fault, before the emulator is entered."""
         begin, end = DEVICE_FAULTS[self.device, self.kind]
         emulator.schedule(self.at, lambda: begin(emulator))
         if self.seconds is not None:

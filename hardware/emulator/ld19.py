@@ -1,4 +1,4 @@
-"""The emulated LD19: it turns and talks all the time, twelve points a packet, and takes no commands."""
+"""The emulated LD19: it turns and sends all the time, twelve points per packet, and takes no commands."""
 
 from math import pi, sin
 from typing import Final
@@ -12,14 +12,14 @@ from slam.pose import FloatArray
 _POINT_TIME: Final = 1.0 / 4500.0
 """Seconds from point to point, whatever the speed (data sheet: ranging frequency)."""
 _TOGETHER: Final = 4
-"""Packets that leave together, as a USB adapter sends them."""
+"""Packets that arrive together, as from a USB adapter."""
 _PERIOD: Final = _TOGETHER * POINTS * _POINT_TIME
 _START: Final = 0.7
-"""Seconds from power to the first packet (LD19 Development Manual); when it is made it has been on for long."""
+"""Seconds from power-up to the first packet (LD19 Development Manual); the emulator starts after that."""
 _SPEED_ERROR: Final = 0.01
-"""Share by which the speed of the motor swings to both sides, so that the number of points a turn varies ..."""
+"""Relative amplitude of the motor speed's swing, which varies the number of points per turn."""
 _SWING: Final = 2.0 * pi / 3.0
-"""... and radians of that swing a second."""
+"""Angular frequency of that swing, rad/s."""
 _SHOWN: Final = 450
 _INTENSITY: Final = 200
 
@@ -27,8 +27,8 @@ _INTENSITY: Final = 200
 class EmulatedLd19:
     """Measures all the time.
 
-    ``drift`` is the share by which its clock runs faster than the plant's, ``rate`` the turns a second; with ``paced``
-    or without, it is the same.
+    ``drift`` is the relative error of its clock against the plant's (positive: fast), ``rate`` the turns per second;
+    ``paced`` has no effect.
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class EmulatedLd19:
         self._powered_at = now - _START
         self._drift = drift
         self.rate = rate
-        """Turns a second."""
+        """Turns per second."""
         self._angle = 0.0
         self.due = now + _PERIOD
         self.baud = BAUD
@@ -63,11 +63,11 @@ class EmulatedLd19:
         self.dead = dead
 
     def reboot(self, now: float) -> None:
-        """Begin anew, as after a break of its power: its clock begins at 0, and it is silent for a while."""
+        """Restart as after a power failure: the clock begins at 0, and the sensor is silent for a while."""
         self._powered_at = now
 
     def receive(self, data: bytes, now: float) -> bytes:
-        """Take no notice: its line goes one way."""
+        """Ignore the data: this sensor only sends."""
         return b""
 
     def step(self) -> bytes:

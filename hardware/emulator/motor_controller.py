@@ -8,15 +8,14 @@ from hardware.arcos.config_packet import ArcosConfig
 from slam.odometry import Twist2D
 
 _HARDEST_STOP: Final = 5.0
-"""Deceleration, m/s^2, of E_STOP, the watchdog, and motors without power, stopped by gears and brushes; and that of
-turning ..."""
+"""Deceleration, m/s^2, of E_STOP, the watchdog, and motors without power, stopped by gears and brushes."""
 _HARDEST_TURN_STOP: Final = 20.0
-"""... rad/s^2."""
+"""The same for turning, rad/s^2."""
 
 
 @dataclass(slots=True)
 class Ramp:
-    """One speed, its limit, and its ramps towards a target: another speed, or a distance to go; SI units."""
+    """One speed, its limit, and its ramps towards a target: another speed, or a distance; SI units."""
 
     limit: float
     top: float
@@ -26,27 +25,27 @@ class Ramp:
     target: float = 0.0
     speed: float = 0.0
     left: float | None = None
-    """Distance left to go; None where a speed is the target."""
+    """Remaining distance; None if the target is a speed."""
 
     def set_target(self, speed: float) -> None:
-        """Set the target speed, within the limit; a distance not yet gone is forgotten."""
+        """Set the target speed, within the limit; a remaining distance is forgotten."""
         self.target, self.left = max(-self.limit, min(self.limit, speed)), None
 
     def set_limit(self, speed: float) -> None:
-        """Set the limit, of which the sign does not count: SETV and SETRV."""
+        """Set the limit from its absolute value: SETV and SETRV."""
         self.limit = min(abs(speed), self.top)
 
     def set_slope(self, rate: float) -> None:
-        """Set how fast it rises where positive, how fast it falls where negative: SETA and SETRA."""
+        """Set the acceleration if positive, the deceleration if negative: SETA and SETRA."""
         if rate > 0.0:
             self.rise = rate
         elif rate < 0.0:
             self.fall = -rate
 
     def approach(self, seconds: float, free: bool, hardest: float | None) -> None:
-        """Come nearer to the target, or to 0 where not ``free``; a reversal stops at zero first.
+        """Change the speed towards the target, or towards 0 if not ``free``; a reversal stops at zero first.
 
-        ``hardest`` is the deceleration where nothing but standing counts.
+        ``hardest`` is the deceleration of an emergency stop.
         """
         target = (self.target if self.left is None else self._towards_end(seconds)) if free else 0.0
         if self.speed * target < 0.0:
@@ -58,9 +57,9 @@ class Ramp:
             self.left -= self.speed * seconds
 
     def _towards_end(self, seconds: float) -> float:
-        """Return the speed from which the rest of the distance suffices to stop.
+        """Return the speed from which the remaining distance suffices to stop.
 
-        Over the last bit it is the speed that ends the distance now.
+        Near the end it is the speed that covers the rest in one step.
         """
         left = self.left or 0.0
         fastest = min(self.limit, sqrt(2.0 * self.fall * abs(left)), abs(left) / seconds)
@@ -68,9 +67,9 @@ class Ramp:
 
 
 class MotorController:
-    """Targets, and the speeds of the motors on their way there.
+    """Target speeds, and the speeds of the motors on their way to them.
 
-    ARCOS is said to take up its last target after the watchdog's stop, and so does this.
+    ARCOS is said to resume its last target after the watchdog's stop, and so does this controller.
     """
 
     def __init__(self, config: ArcosConfig) -> None:
@@ -96,22 +95,22 @@ class MotorController:
         return self.setpoint != Twist2D()
 
     def feed_watchdog(self, now: float) -> None:
-        """Let the watchdog wait anew, as a command came."""
+        """Restart the watchdog, as a command came."""
         self._fed_at = now
 
     def enable(self, on: bool) -> None:
-        """Switch the motors' power, unless the emergency stop is pressed; old targets are forgotten."""
+        """Switch the motors' power, unless the emergency stop is pressed; earlier targets are forgotten."""
         self.enabled = on and not self.e_stop
         self.set_targets(0.0, 0.0)
 
     def press_e_stop(self, pressed: bool) -> None:
-        """Press the emergency stop, which takes the power away, or release it, which does not give it back."""
+        """Press the emergency stop, which cuts the power, or release it, which does not restore the power."""
         self.e_stop = pressed
         if pressed:
             self.enable(False)
 
     def set_targets(self, linear: float | None = None, angular: float | None = None) -> None:
-        """Set new target speeds; ignored while a hard stop is going on."""
+        """Set new target speeds; ignored during an emergency stop."""
         if self._stopping_hard:
             return
         if linear is not None:
@@ -120,17 +119,17 @@ class MotorController:
             self.angular.set_target(angular)
 
     def move_by(self, metres: float) -> None:
-        """Move so far, at most at the limit, and stand (MOVE); a negative distance is backwards."""
+        """Move by this distance, at most at the limit, and stop (MOVE); negative is backwards."""
         if not self._stopping_hard:
             self.linear.left = metres
 
     def turn_by(self, radians: float) -> None:
-        """Turn so far, at most at the limit, and stand (DHEAD); positive is to the left."""
+        """Turn by this angle, at most at the limit, and stop (DHEAD); positive is to the left."""
         if not self._stopping_hard:
             self.angular.left = radians
 
     def stop_hard(self) -> None:
-        """Stand as soon as the motors can: E_STOP."""
+        """Stop as fast as the motors can: E_STOP."""
         self.set_targets(0.0, 0.0)
         self._stopping_hard = self.moving
 

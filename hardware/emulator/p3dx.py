@@ -15,7 +15,7 @@ from hardware.emulator.p3dx_reports import P3dxReports
 from hardware.emulator.plant import Plant
 
 _TICK: Final = 0.01
-"""Seconds between two turns of the firmware's loop."""
+"""Seconds between two cycles of the firmware's loop."""
 _SILENCE: Final = 0.1
 """Seconds between two bytes after which they belong to different packets."""
 _IDENTITY: Final = Identity("emulated", "Pioneer", "p3dx-sh")
@@ -50,7 +50,7 @@ FACTORY_CONFIG: Final = ArcosConfig(
 
 
 class EmulatedP3dx:
-    """Moves its plant, and reports on it; it stays open, and at its bit rate, when a client dies."""
+    """Moves its plant, and reports on it; when a client dies, it stays open and keeps its bit rate."""
 
     def __init__(self, plant: Plant, now: float = 0.0, config: ArcosConfig = FACTORY_CONFIG) -> None:
         self._plant = plant
@@ -76,11 +76,11 @@ class EmulatedP3dx:
         return self.due - _TICK
 
     def set_battery(self, volts: float) -> None:
-        """Charge or discharge the battery."""
+        """Set the voltage of the battery."""
         self.reports.battery = volts
 
     def step(self) -> bytes:
-        """Do one turn of the firmware's loop: motors, then a report every cycle."""
+        """Run one cycle of the firmware's loop: motors, then a report if one is due."""
         now = self.due
         self.due += _TICK
         self.motors.advance(_TICK, now)
@@ -91,7 +91,7 @@ class EmulatedP3dx:
         return self.reports.packets(self.motors) if self.open else b""
 
     def receive(self, data: bytes, now: float) -> bytes:
-        """Execute the commands in these bytes; some are answered at once."""
+        """Execute the commands in these bytes, and return the answers that come at once."""
         if now - self._heard_at > _SILENCE:
             self._decoder.flush()
         self._heard_at = now
@@ -105,7 +105,7 @@ class EmulatedP3dx:
     def _handshake(self, command: Command, packet: bytes, now: float) -> bytes:
         """Answer SYNC0, SYNC1 and SYNC2 in this order, then take OPEN, which has the number of SYNC1.
 
-        One that was answered may come again; one out of sequence is ignored (Pioneer 3 Operations Manual, p. 28).
+        A SYNC that was answered may come again; one out of sequence is ignored (Pioneer 3 Operations Manual, p. 28).
         """
         if command.id == CommandId.OPEN and self._synced == SYNC2 + 1:
             pressed = self.motors.e_stop

@@ -1,4 +1,4 @@
-"""The commands of an open, emulated P3-DX: what each does, and where that is written down."""
+"""The commands of an open, emulated P3-DX: the action of each, and the source for it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from slam.pose import wrap_angle
 
 
 class CommandedRobot(Protocol):
-    """The parts of the robot that commands act on."""
+    """Parts of the robot that commands act on."""
 
     config: ArcosConfig
     motors: MotorController
@@ -32,9 +32,10 @@ Action = Callable[[Command, CommandedRobot], None]
 
 @dataclass(frozen=True, slots=True)
 class CommandRow:
-    """A command: its action, None where a robot without the accessory does nothing, and its evidence.
+    """A command: its action, None if a robot without the accessory ignores it, and the source for it.
 
-    A page is of the Pioneer 3 Operations Manual (Adept MobileRobots). Every command, known or not, feeds the watchdog.
+    A page number refers to the Pioneer 3 Operations Manual (Adept MobileRobots). Every command, known or not, restarts
+    the watchdog.
     """
 
     action: Action | None
@@ -42,9 +43,9 @@ class CommandRow:
 
 
 def execute(command: Command, robot: CommandedRobot) -> bytes:
-    """Carry out a command, and return the packet that answers it at once; unknown ones are ignored.
+    """Carry out a command, and return the packet that answers it at once; unknown commands are ignored.
 
-    DecodeError where the argument is missing.
+    DecodeError if the argument is missing.
     """
     if command.id == CommandId.CONFIG:
         return encode_packet(robot.config.encode())
@@ -64,7 +65,7 @@ def _turn_to(command: Command, robot: CommandedRobot) -> None:
 
 
 def _switch_sonar(command: Command, robot: CommandedRobot) -> None:
-    """Switch all arrays by 0 or 1; else bit 0 switches the array whose number is in bits 1 to 3."""
+    """Switch all arrays by 0 or 1; otherwise bit 0 switches the array whose number is in bits 1 to 3."""
     array, on = divmod(_number(command) & 0xF, 2)
     robot.reports.enable_sonar(bool(on), array if 1 <= array <= SONAR_ARRAYS else None)
 

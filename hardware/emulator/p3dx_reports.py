@@ -21,8 +21,8 @@ SONAR_ARRAYS: Final = 4
 _ARRAY_SIZE: Final = 8
 _NOT_TOUCHED: Final = 0xFF
 _ANALOG_PORTS: Final = 8
-_VOLTS_A_COUNT: Final = 20.0 / 1023
-"""The battery's share at its analogue port: ours, as the manual does not say."""
+_VOLTS_PER_COUNT: Final = 20.0 / 1023
+"""Scale of the battery at its analogue port: our choice, as the manual does not state it."""
 
 
 class Request:
@@ -32,18 +32,18 @@ class Request:
         self._left = 0.0
 
     def ask(self, argument: int) -> None:
-        """Ask for one (1), for one every cycle (more), or for no more (0)."""
+        """Request one packet (1), one in every cycle (more), or no more packets (0)."""
         self._left = inf if argument > 1 else max(argument, 0)
 
     def take(self) -> bool:
-        """Tell whether a packet is due in this cycle."""
+        """Return True if a packet is due in this cycle, and count it."""
         due = self._left > 0
         self._left -= due
         return due
 
 
 class P3dxReports:
-    """Makes reports from the plant; commands set the origin of its odometry, and the contents of a report."""
+    """Makes the robot's reports from the state of the plant; commands set the odometry's origin and request packets."""
 
     def __init__(self, plant: Plant, config: ArcosConfig) -> None:
         self._plant = plant
@@ -62,7 +62,7 @@ class P3dxReports:
         self.enable_sonar(True)
 
     def enable_sonar(self, on: bool, array: int | None = None) -> None:
-        """Switch one array, counted from 1, or all that the robot has."""
+        """Switch one sonar array, counted from 1, or all fitted ones."""
         fitted = {1} | ({2} if self._config.rear_sonar else set())
         if array is None:
             self.sonar_arrays = fitted if on else set[int]()
@@ -71,15 +71,15 @@ class P3dxReports:
 
     @property
     def pose(self) -> Pose2D:
-        """Pose of the base by its odometry, from its origin."""
+        """Odometry pose of the base relative to the origin that SETO has set."""
         return self._origin.between(self._plant.odometry)
 
     def set_origin(self) -> None:
-        """Let the odometry begin here: SETO."""
+        """Make the present pose the origin of the odometry: SETO."""
         self._origin = self._plant.odometry
 
     def packets(self, motors: MotorController) -> bytes:
-        """Make a SIP, and behind it the packets that were asked for."""
+        """Make a SIP, followed by the packets that were requested."""
         pressed = self._plant.bumpers()
         report = encode_packet(self._sip(motors, pressed).encode(P3DX_SH))
         if self.encoders.take():
@@ -113,13 +113,13 @@ class P3dxReports:
         )
 
     def _echoes(self) -> list[tuple[int, float]]:
-        """Return the transducers of the arrays that are on, with their readings."""
+        """Return the number and reading, metres, of each transducer of the arrays that are on."""
         ring = enumerate(self._plant.sonar() if self.sonar_arrays else ())
         return [(n, min(metres, SONAR_REACH)) for n, metres in ring if n // _ARRAY_SIZE + 1 in self.sonar_arrays]
 
     def _io(self, pressed: Sequence[bool]) -> IoReport:
         front = self._config.front_bumpers
-        battery = round(self.battery / _VOLTS_A_COUNT)
+        battery = round(self.battery / _VOLTS_PER_COUNT)
         return IoReport(
             digital_in=0,
             front_bumpers=_NOT_TOUCHED & ~_mask(pressed[:front]),

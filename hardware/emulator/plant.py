@@ -7,7 +7,7 @@ from slam.pose import FloatArray, Pose2D
 
 
 class Plant(Protocol):
-    """A base with two wheels and a lidar, somewhere. Its time passes in ``advance`` only."""
+    """A base with two wheels and a lidar in a world. Its time passes in ``advance`` only."""
 
     @property
     def T_map_base(self) -> Pose2D:
@@ -21,7 +21,7 @@ class Plant(Protocol):
 
     @property
     def odometry(self) -> Pose2D:
-        """Pose of the base by its wheels, in the frame where it was put down."""
+        """Pose of the base by its wheels, in the frame of its start."""
         ...
 
     @property
@@ -35,21 +35,21 @@ class Plant(Protocol):
         ...
 
     def advance(self, seconds: float, setpoint: Twist2D) -> None:
-        """Let time pass with the motors at this speed, which the firmware ramps."""
+        """Let time pass with the motors at this speed, which the firmware has ramped."""
         ...
 
     def ranges(self, bearings: FloatArray, ahead: float = 0.0, increment: float = 0.0) -> FloatArray:
         """Return the ranges that the lidar measures in these directions of its own frame, metres, inf without an echo.
 
-        The first beam fires ``ahead`` seconds from now, the others ``increment`` seconds after one another, all at the
-        speed of now.
+        The first beam fires ``ahead`` seconds from now, the others ``increment`` seconds apart, while the base keeps
+        its present speed.
         """
         ...
 
     def bumpers(self) -> tuple[bool, ...]:
         """Return True for each segment pressed since the last call.
 
-        Front segments come first, then rear ones, each from left to right; () for none.
+        Front segments come first, then rear ones, each from left to right; () if the robot has no bumpers.
         """
         ...
 

@@ -1,80 +1,53 @@
 """The ports that an emulated device listens on: a pseudo-terminal, or TCP on the loopback interface."""
 
-import fcntl
-import os
-import pty
 import socket
-import struct
-import tty
+import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
-_TCGETS2: Final = 0x802C542A
-_TERMIOS2: Final = struct.Struct("4I20B2I")
-"""Flags, line discipline and control characters, and the bit rates of input and output (asm-generic/termbits.h)."""
+from slam.errors import InputError
+
 _AT_ONCE: Final = 4096
 
 
-class PtyPort:
-    """A pseudo-terminal, raw, with the symbolic link ``link`` to it where one is given."""
-
-    def __init__(self, link: Path | None = None) -> None:
-        self._link = link
-        self._master = self._slave = -1
-        self.open()
+class Port(Protocol):
+    """One end of a line to a client; ``read`` and ``write`` never wait."""
 
     @property
     def address(self) -> str:
-        """Path of the link, or of the device."""
-        return str(self._link) if self._link else os.ttyname(self._slave)
+        """Name under which a client opens the port."""
 
     def open(self) -> None:
-        """Make a new terminal; its own end stays open, so that the other one outlives every client."""
-        self._master, self._slave = pty.openpty()
-        tty.setraw(self._slave)
-        os.set_blocking(self._master, False)
-        if self._link is not None:
-            self._link.unlink(missing_ok=True)
-            self._link.symlink_to(os.ttyname(self._slave))
+        """Accept clients, also again after ``close``."""
 
     def close(self) -> None:
-        """Close the terminal; the client's reads and writes fail from now on."""
-        if self._link is not None:
-            self._link.unlink(missing_ok=True)
-        for end in (self._master, self._slave):
-            if end >= 0:
-                os.close(end)
-        self._master = self._slave = -1
+        """Disappear like an unplugged device; reads and writes of the client fail."""
 
     def filenos(self) -> list[int]:
         """List the file descriptors to wait for; none while it is unplugged."""
-        return [self._master] if self._master >= 0 else []
 
     def read(self) -> bytes:
         """Return the bytes that the client has sent."""
-        with suppress(BlockingIOError):
-            if self._master >= 0:
-                return os.read(self._master, _AT_ONCE)
-        return b""
 
     def write(self, data: bytes) -> int:
-        """Send bytes, and return how many found room; a terminal that no client reads fills up."""
-        with suppress(BlockingIOError):
-            return os.write(self._master, data) if self._master >= 0 else len(data)
-        return 0
+        """Send bytes, and return how many were accepted."""
 
     def client_baud(self) -> int | None:
-        """Read the bit rate from the terminal's settings; any rate, also those without a constant in termios."""
-        if self._master < 0:
-            return None
-        settings = bytearray(_TERMIOS2.size)
-        fcntl.ioctl(self._master, _TCGETS2, settings)
-        return int(_TERMIOS2.unpack(settings)[-1])
+        """Return the bit rate that the client has set; None without one."""
+
+
+def pseudo_terminal(link: Path | None = None) -> Port:
+    """Open a pseudo-terminal, and make the symbolic link ``link`` to it, if given; InputError on Windows."""
+    if sys.platform == "win32":
+        raise InputError("Windows has no pseudo-terminals; give --tcp, and open the addresses that are printed")
+    from hardware.emulator.pty_port import PtyPort
+
+    return PtyPort(link)
 
 
 class TcpPort:
-    """A TCP port on 127.0.0.1 for one client at a time; a newer one takes its place."""
+    """A TCP port on 127.0.0.1 for one client at a time; a newer client replaces an older one."""
 
     def __init__(self, number: int = 0) -> None:
         self._number = number
@@ -88,20 +61,19 @@ class TcpPort:
         return f"socket://127.0.0.1:{self._number}"
 
     def open(self) -> None:
-        """Listen, after the first time on the same port."""
+        """Listen; after the first time on the same port as before."""
         self._listener = socket.create_server(("127.0.0.1", self._number))
         self._listener.setblocking(False)
         self._number = self._listener.getsockname()[1]
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         for end in (self._client, self._listener):
             if end is not None:
                 end.close()
         self._client = self._listener = None
 
     def filenos(self) -> list[int]:
-        """List the file descriptors to wait for; none while it is unplugged."""
         return [end.fileno() for end in (self._listener, self._client) if end is not None]
 
     def read(self) -> bytes:
@@ -124,7 +96,7 @@ class TcpPort:
         return data
 
     def write(self, data: bytes) -> int:
-        """Send bytes, and return how many found room, or had nobody to go to."""
+        """Send bytes, and return how many were accepted; without a client they are dropped."""
         try:
             return self._client.send(data) if self._client is not None else len(data)
         except BlockingIOError:
@@ -139,7 +111,3 @@ class TcpPort:
         if self._client is not None:
             self._client.close()
         self._client = None
-
-
-Port = PtyPort | TcpPort
-"""One end of a line to a client; ``read`` and ``write`` never wait."""

@@ -1,4 +1,4 @@
-"""The commands of an emulated URG-04LX in SCIP 2.0, but for those that measure: what each does, and its evidence."""
+"""The commands of an emulated URG-04LX in SCIP 2.0 that do not measure: the action of each, and its source."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,9 +22,9 @@ Action = Callable[[SensorSettings, str], Reply]
 
 @dataclass(frozen=True, slots=True)
 class CommandRow:
-    """A command by its first two letters: the characters of its parameter, its action, and its evidence.
+    """A command by its first two letters: the characters of its parameter, its action, and the source for it.
 
-    A page is of the specification C-42-03320B; ``real`` is the log of a URG-04LX, firmware 3.1.04.
+    A page number refers to the specification C-42-03320B; ``real`` is the log of a URG-04LX, firmware 3.1.04.
     """
 
     width: int
@@ -33,7 +33,7 @@ class CommandRow:
 
 
 def answer(settings: SensorSettings, command: str) -> Reply:
-    """Return the reply to a command without its note; 0E for one that the firmware does not know."""
+    """Return the reply to a command, without the client's note; 0E for an unknown command."""
     row = COMMANDS.get(command[:2])
     if row is None:
         return Reply(command, "0E")

@@ -21,11 +21,11 @@ _FIELDS: Final = (
     ("06", slice(12, 13)),
     ("07", slice(13, 15)),
 )
-"""Status for each number of MD and MS that is no number, and its place; GD and GS have the first three."""
+"""Status for each parameter of MD and MS that is not a number, by its place; GD and GS have the first three."""
 
 
 def reply_to(settings: SensorSettings, text: str) -> Reply:
-    """Return the reply in SCIP 2.0; that to GD and GS still lacks the scan."""
+    """Return the reply in SCIP 2.0; replies to GD and GS still lack the scan."""
     command, _, note = text.partition(";")
     if len(note) > _LONGEST_NOTE:
         return Reply(text, "0G")
@@ -39,7 +39,7 @@ def reply_to(settings: SensorSettings, text: str) -> Reply:
 
 
 def reply_to_scip1(settings: SensorSettings, text: str) -> Reply:
-    """Return the reply in SCIP 1.1; that to G still lacks the scan."""
+    """Return the reply in SCIP 1.1; a reply to G still lacks the scan."""
     if text == TO_SCIP2:
         settings.scip2 = True
         return Reply(text, "0")
@@ -57,7 +57,7 @@ def reply_to_scip1(settings: SensorSettings, text: str) -> Reply:
         return Reply(text, "E")
     if request.letters != "G" or not request.first <= request.last <= settings.last_step:
         return Reply(text, "E")
-    settings.laser = True  # a sensor in SCIP 1.1 measures without being told to
+    settings.laser = True  # a sensor in SCIP 1.1 measures without a command
     return Reply(text, "0")
 
 
@@ -78,7 +78,7 @@ def _measure(settings: SensorSettings, command: str, text: str) -> Reply:
 
 
 def _wrong_number(command: str) -> str:
-    """Return the status for the wrong number of a measuring command; 0C where there are too many or too few."""
+    """Return the status for a wrong parameter of a measuring command; 0C for too many or too few."""
     fields = _FIELDS if command[0] == "M" else _FIELDS[:3]
     if len(command) != fields[-1][1].stop:
         return "0C"

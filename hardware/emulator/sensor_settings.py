@@ -11,20 +11,20 @@ DEFAULT_BAUD: Final = 19200
 
 @dataclass(slots=True)
 class SensorSettings:
-    """The settings, as they are when the sensor gets power."""
+    """Settings of the sensor, initially as at power-up."""
 
     parameters: SensorParameters
     last_step: int
-    """The last step that may be asked for; those behind ``parameters.last`` are not measured."""
+    """Last step that may be requested; those behind ``parameters.last`` are not measured."""
     time: float = 0.0
     """Seconds of the sensor's clock."""
     scip2: bool = False
     laser: bool = False
     baud: int = DEFAULT_BAUD
     streaming: ScanRequest | None = None
-    """Request for the scans that come by themselves; its ``scans`` are left, 0 for no end."""
+    """Request for continuous scans; its ``scans`` are those left to send, 0 for no end."""
     note: str = ""
-    """Note that the client appended to the command that began them."""
+    """Note that the client appended to the command that began the scans."""
     adjusting: bool = False
     """True between TM0 and TM2."""
 

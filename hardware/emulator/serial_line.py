@@ -15,11 +15,11 @@ from slam.pose import FloatArray
 _CHUNK: Final = 16
 """Bytes that arrive together, as from the buffer of a UART."""
 _LONGEST_QUEUE: Final = 16_384
-"""Bytes that wait to be sent; messages that would make it longer are lost."""
+"""Bytes that may wait to be sent; messages that do not fit are lost."""
 _RETRY: Final = 0.02
-"""Seconds until a port is tried again that had no room, because its client does not read ..."""
+"""Seconds until another attempt at a port that was full because its client does not read."""
 _PATIENCE: Final = 1.0
-"""... and after which new messages to it are lost."""
+"""Seconds of a full port after which new messages to it are lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class LineNoise:
     """Probabilities, for each byte in either direction, that it is damaged, lost or doubled."""
 
     bit_errors: float = 0.0
-    """Probability that one bit turns over."""
+    """Probability that one bit flips."""
     dropped: float = 0.0
     duplicated: float = 0.0
 
@@ -46,7 +46,7 @@ class LineNoise:
 
 
 class SerialLine:
-    """Bytes on their way from a device; ``None`` bits a second take no time."""
+    """Bytes on their way from a device; a bit rate of ``None`` takes no time."""
 
     def __init__(self) -> None:
         self._waiting: deque[tuple[float, bytes, int | None]] = deque()
@@ -71,7 +71,7 @@ class SerialLine:
         return self._waiting[0][0] if self._waiting else inf
 
     def take_arrived(self, now: float) -> Iterator[tuple[bytes, int | None]]:
-        """Take the bytes that have come through, each chunk with the bit rate it was sent at."""
+        """Take the bytes that have arrived, each chunk with the bit rate at which it was sent."""
         while self._waiting and self._waiting[0][0] <= now:
             _, chunk, baud = self._waiting.popleft()
             self._size -= len(chunk)
@@ -79,7 +79,7 @@ class SerialLine:
 
 
 class Device(Protocol):
-    """A machine of bytes and time: it acts in ``step`` and ``receive`` only, and time never goes back."""
+    """A device on a line: it acts in ``step`` and ``receive`` only, and its time never goes back."""
 
     @property
     def baud(self) -> int:
@@ -93,15 +93,15 @@ class Device(Protocol):
 
     @property
     def wake(self) -> float:
-        """Time at which it needs to be served again, ``due`` or later."""
+        """Time at which it must be served again, ``due`` or later."""
         ...
 
     def step(self) -> bytes:
-        """Do what is due, and return what it says."""
+        """Do what is due, and return the bytes it sends."""
         ...
 
     def receive(self, data: bytes, now: float) -> bytes:
-        """Take bytes, and return what it says at once."""
+        """Take bytes, and return the bytes it answers at once."""
         ...
 
 
@@ -123,15 +123,15 @@ class EmulatedLidar(Device, Protocol):
         ...
 
     def reboot(self, now: float) -> None:
-        """Begin anew, as after a break of its power."""
+        """Restart as after a power failure."""
         ...
 
 
 class ConnectedDevice:
     """Moves bytes between a device and a port.
 
-    A ``limited`` line takes the time of its bit rate, as RS-232 does; one that is not is USB, for which a bit rate
-    means nothing. ``wire`` is told what passes at the port.
+    A ``limited`` line takes the time of its bit rate, as RS-232 does; otherwise it is USB, for which a bit rate means
+    nothing. ``wire`` records what passes at the port.
     """
 
     def __init__(
@@ -146,12 +146,12 @@ class ConnectedDevice:
         self._line = SerialLine()
         self._stalled_until = -inf
         self._unread = b""
-        """Bytes that had no room at the port: the rest of a message, which must not be cut."""
+        """Bytes that the port did not accept: the rest of a message, which must not be cut."""
         self._unread_since = self._retry_at = -inf
 
     @property
     def wake(self) -> float:
-        """Time at which there is next something to do."""
+        """Time of the next action."""
         due = self._retry_at if self._unread else self._line.due
         if due < inf:
             return max(min(due, self.device.wake), self._stalled_until)
@@ -162,7 +162,7 @@ class ConnectedDevice:
         return self.port.filenos() if now >= self._stalled_until else []
 
     def stall(self, until: float) -> None:
-        """Let nothing through in either direction until then; the device's bytes wait."""
+        """Stall the line in both directions until then; the device's bytes wait."""
         self._stalled_until = until
 
     def unplug(self) -> None:
@@ -187,7 +187,7 @@ class ConnectedDevice:
         self._send(self.device.step(), now, baud)
 
     def flush(self, now: float) -> None:
-        """Give the client the bytes that have arrived at its end, as far as there is room."""
+        """Give the client the bytes that have arrived at its end, as far as the port accepts them."""
         if now < self._stalled_until:
             return
         self._write(self._unread, now)
@@ -206,7 +206,7 @@ class ConnectedDevice:
 
     @property
     def _baud(self) -> int | None:
-        """Bit rate at which the device talks; an answer to a change of it is still sent at the old one."""
+        """Bit rate of the device; an answer to a change of it is still sent at the old one."""
         return self.device.baud if self._limited else None
 
     def _send(self, data: bytes, now: float, baud: int | None) -> None:
@@ -215,7 +215,10 @@ class ConnectedDevice:
             self._line.send(data, now, baud)
 
     def _through(self, data: bytes, baud: int | None) -> bytes:
-        """Return the bytes that the other side reads of those sent at this bit rate; at another one they are random."""
+        """Return the bytes that the other side reads of those sent at this bit rate.
+
+        At a wrong rate they are random.
+        """
         client = self.port.client_baud() if baud else None
         if client is not None and client != baud:
             return bytes(self._rng.randrange(0x80, 0x100) for _ in data[::2])

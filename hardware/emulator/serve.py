@@ -15,7 +15,7 @@ from hardware.emulator.emulator import Emulator, EmulatorState, device_name
 from hardware.emulator.faults import TimedFault
 from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.plant import Plant
-from hardware.emulator.ports import Port, PtyPort, TcpPort
+from hardware.emulator.ports import Port, TcpPort, pseudo_terminal
 from hardware.emulator.serial_line import LineNoise
 from hardware.wire.session import WireSession
 from slam.errors import InputError
@@ -29,7 +29,7 @@ from slam.scenario.schema import Scenario
 _TRUTH_PERIOD: Final = 0.05
 """Seconds between two true poses."""
 _SHOWN_EVERY: Final = 2
-"""Number of these periods between two states that are shown."""
+"""Number of these periods between two states for a viewer."""
 
 
 def serve(
@@ -51,9 +51,9 @@ def serve(
 
     ``lidar`` is the model that is emulated.
 
-    ``truth`` gets the true poses of the base as TUM text, 20 a second, stamped by the host's monotonic clock; each
-    of ``shows`` gets the state 10 times a second. InputError for an unknown fault, and for a file or folder that cannot
-    be used.
+    ``truth`` is a file for the true poses of the base as TUM text, 20 per second, stamped by the host's monotonic
+    clock; each of ``shows`` gets the state 10 times per second. InputError for an unknown fault, and for a file or
+    folder that cannot be used.
     """
     planned = [TimedFault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp, device_name(lidar))
@@ -95,22 +95,22 @@ def _ports(link_dir: Path | None, tcp: bool, lidar: str) -> tuple[Port, Port]:
     if tcp:
         return TcpPort(), TcpPort()
     if link_dir is None:
-        return PtyPort(), PtyPort()
+        return pseudo_terminal(), pseudo_terminal()
     try:
         link_dir.mkdir(parents=True, exist_ok=True)
-        return PtyPort(link_dir / "p3dx"), PtyPort(link_dir / lidar)
+        return pseudo_terminal(link_dir / "p3dx"), pseudo_terminal(link_dir / lidar)
     except OSError as error:
         raise InputError(f"{link_dir}: cannot hold the links to the devices: {error.strerror}") from error
 
 
 def emulator_scene(scenario: Scenario) -> Scene:
-    """Return a scene of the true walls, without a map and curves, as nothing is estimated."""
+    """Return a scene of the true walls without a map and curves, as nothing is estimated."""
     start, mount = scenario.robot.start.pose, scenario.lidar.mount.pose
     return Scene(mount, start, outlines=tuple(scenario.world.outlines(scenario.lidar.height)), plots=())
 
 
 class EmulatorView:
-    """Sends one state after another to the viewer."""
+    """Sends states to the viewer."""
 
     def __init__(self, broadcast: Broadcast, scene: Scene) -> None:
         self._broadcast, self._scene = broadcast, scene

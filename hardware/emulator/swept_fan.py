@@ -10,11 +10,14 @@ from hardware.emulator.plant import Plant
 from hardware.scip.information import SensorParameters
 
 SECTORS: Final = 8
-"""Parts in which the fan is swept, each with the world as it is in its middle."""
+"""Sectors in which the fan is swept, each with the world in its state at the middle of the sector."""
 
 
 class SweptFan:
-    """Bearings in the sensor's frame, and the newest range at each, nan before the first; by steps of a whole turn."""
+    """Bearings in the sensor frame, and the newest range at each, nan before the first.
+
+    Indexed by the steps of a whole turn.
+    """
 
     def __init__(self, plant: Plant, now: float, parameters: SensorParameters) -> None:
         self._plant = plant
@@ -29,7 +32,7 @@ class SweptFan:
         self.ranges = np.full(parameters.resolution, np.nan)
 
     def sweep(self, sector: int, turn_began: float) -> None:
-        """Measure one sector of the turn that began then."""
+        """Measure one sector of the turn that began at this time."""
         first, last = self._edges[sector : sector + 2]
         ahead = turn_began + first * self._step_time - self._plant_began - self._plant.elapsed
         self.ranges[first:last] = self._plant.ranges(self.bearings[first:last], ahead, self._step_time)

@@ -1,4 +1,4 @@
-"""The emulated robot on topics: what its devices measure, as they have it themselves."""
+"""Topics of the emulated robot: its devices' own measurements."""
 
 import numpy as np
 
@@ -16,9 +16,9 @@ from slam.scenario.schema import Scenario
 
 
 class EmulatorTopics:
-    """Publishes one state after another; there is no map.
+    """Publishes states as topics, without a map.
 
-    A scan is the newest range in every direction, up to a turn old.
+    A scan has the newest range in every direction, at most one turn old.
     """
 
     def __init__(self, topics: TopicSession, scenario: Scenario) -> None:

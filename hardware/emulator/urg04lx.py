@@ -1,4 +1,4 @@
-"""The emulated URG-04LX: SCIP 1.1 when it gets power, SCIP 2.0 when asked, one answer a turn."""
+"""The emulated URG-04LX: SCIP 1.1 at power-up, SCIP 2.0 on request, one answer per turn."""
 
 from collections import deque
 from dataclasses import dataclass, replace
@@ -18,20 +18,20 @@ from hardware.scip.scan_data import ScanData, encode_scan
 from slam.pose import FloatArray
 
 PARAMETERS: Final = SensorParameters("URG-04LX(Hokuyo Automatic Co.,Ltd.)", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
-"""Abilities of a real one, firmware 3.1.04."""
+"""Parameters of a real sensor, firmware 3.1.04."""
 TABLE1_PARAMETERS: Final = SensorParameters("URG-04LX of Table 1 (simulated)", 0.06, 4.0, 192, 0, 127, 64, 0.1)
-"""The paper's 128 beams, turned by half a step, for SCIP has whole steps from the front."""
+"""The paper's 128 beams, shifted by half a step, as SCIP counts whole steps from the front."""
 _UNMEASURED: Final = 43
-"""Steps behind the last one measured, of 1024 a turn, that may be asked for: up to 768."""
+"""Steps behind the last measured one, of 1024 per turn, that may be requested: up to 768."""
 _REBOOT: Final = 1.0
-"""Seconds from power to the first answer: ours, as the maker does not say."""
+"""Seconds from power-up to the first answer: our choice, as the maker does not state it."""
 _QUEUE: Final = 16
-"""Number of commands that wait for their turn; more are forgotten."""
+"""Number of commands that may wait; further ones are dropped."""
 
 
 @dataclass(frozen=True, slots=True)
 class _WaitingCommand:
-    """A command that waits; ``repeated`` if the same one waited already when it came."""
+    """A waiting command; ``repeated`` if the same one waited already."""
 
     text: str
     repeated: bool = False
@@ -40,7 +40,7 @@ class _WaitingCommand:
 class EmulatedUrg04lx:
     """Turns all the time; measures while the laser is on; answers one command at the end of every fan.
 
-    ``drift`` is the share by which its clock runs faster than the plant's.
+    ``drift`` is the relative error of its clock against the plant's (positive: fast).
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class EmulatedUrg04lx:
 
     @property
     def wake(self) -> float:
-        """Time of the next sector while it measures, so that little is left to do at the end of the fan."""
+        """Time of the next sector while it measures, so that little work is left for the end of the fan."""
         return self.due if self._settings.laser else self._turn_began + self._fan.events[-1]
 
     @property
@@ -97,13 +97,13 @@ class EmulatedUrg04lx:
         self.dead = dead
 
     def reboot(self, now: float) -> None:
-        """Lose power for a moment: it is silent for a while, and then as at power-up."""
+        """Lose power for a moment: the sensor is silent for a while, and then in the state of power-up."""
         self._settings, self._latest, self._powered_at = self._powered_up(), None, now
         self._waiting.clear()
         self._answers_from = now + _REBOOT
 
     def step(self) -> bytes:
-        """Sweep a sector; at the end of the fan, talk."""
+        """Sweep a sector; at the end of the fan, answer."""
         if self._next < SECTORS:
             self._sweep(self._next)
             self._next += 1
@@ -115,7 +115,7 @@ class EmulatedUrg04lx:
         return sent
 
     def receive(self, data: bytes, now: float) -> bytes:
-        """Take commands, which wait for the end of the fan where the sensor is paced; else answer at once."""
+        """Take commands, which wait for the end of the fan if the sensor is paced; otherwise answer at once."""
         if self.dead or now < self._answers_from:
             return b""
         for text in self._decoder.feed(data):
@@ -146,7 +146,7 @@ class EmulatedUrg04lx:
         settings.time = time = self._time(now)
         was_measuring = settings.streaming
         reply = reply_to(settings, text) if settings.scip2 else reply_to_scip1(settings, text)
-        self._powered_at += time - settings.time  # a reset begins the clock anew
+        self._powered_at += time - settings.time  # a reset restarts the clock
         if settings.streaming is not was_measuring:
             self._turns_until_scan = 0
         if reply.status in ("00", "0") and reply.echo[:1] == "G":
@@ -154,18 +154,18 @@ class EmulatedUrg04lx:
         return reply.encode()
 
     def _must_wait(self, command: _WaitingCommand) -> bool:
-        """Tell whether a command asks for the latest scan, and there is none yet."""
+        """Return True if a command asks for the latest scan, and there is none yet."""
         return command.text[:1] == "G" and self.laser and self._latest is None
 
     def _single(self, request: ScanRequest, command: _WaitingCommand) -> bytes:
-        """Return the answer to GD, GS and G; none yet where there is no scan."""
+        """Return the answer to GD, GS and G; empty before the first scan."""
         if self._latest is None:
             self._waiting.appendleft(command)
             return b""
         return self._scan(request, "0" if request.letters == "G" else "00", note_of(command.text))
 
     def _stream(self) -> bytes:
-        """Return the next scan of MD or MS; the one swept while its command is answered does not count."""
+        """Return the next scan of MD or MS; the scan during which its command is answered does not count."""
         request = self._settings.streaming
         if request is None or self._latest is None:
             return b""
@@ -196,7 +196,7 @@ class EmulatedUrg04lx:
 
 
 def _cluster(ranges: FloatArray, size: int) -> FloatArray:
-    """Return the least range of every ``size`` neighbours, errors left out; inf where none has an echo."""
+    """Return the least range of every ``size`` neighbours, ignoring errors; inf if none has an echo."""
     if size == 1:
         return ranges
     padded = np.full(-(-len(ranges) // size) * size, np.nan)
@@ -206,7 +206,7 @@ def _cluster(ranges: FloatArray, size: int) -> FloatArray:
 
 
 class EmulatedTable1(EmulatedUrg04lx):
-    """The URG-04LX of the paper's Table 1, with 128 beams."""
+    """The lidar of the paper's Table 1: a URG-04LX with 128 beams."""
 
     def __init__(self, plant: Plant, now: float = 0.0, drift: float = 0.0, paced: bool = True) -> None:
         super().__init__(plant, now, drift, paced, TABLE1_PARAMETERS)

@@ -21,21 +21,21 @@ _POLL: Final = 0.1
 """Seconds after which the thread checks whether it should end."""
 _FIRST_PACKET: Final = 2.0
 """Seconds for a packet to come: the sensor needs 0.7 s after it gets power (LD19 Development Manual)."""
-_LEAST_SILENCE: Final = 1.5
+_MIN_SILENCE: Final = 1.5
 _LOST_SCANS: Final = 5
-"""Turns, and seconds at least, without a scan after which the sensor is opened anew."""
+"""Turns without a scan, and least seconds, after which the sensor is opened again."""
 _FEWEST: Final = 0.75
-"""Share of the beams of a turn that must have come, so that it is a scan."""
+"""Share of the beams of a turn that must arrive for a valid scan."""
 _SENDING: Final = SIZE * BITS_PER_BYTE / BAUD
-"""Seconds that a packet takes on the line, at least."""
+"""Least seconds that a packet takes on the line."""
 
 
 class Ld19:
-    """Opened when made: packets come, and scans from then on.
+    """Opened by the constructor, which waits for packets; from then on it makes scans.
 
     A thread reads them; it opens the port again when it is lost, or falls silent. Scans begin and end behind the robot;
-    the sensor turns clockwise, so that time falls from beam to beam. Once ``leaving`` is set, attempts to connect are
-    given up. RobotError when nothing that makes sense comes.
+    the sensor turns clockwise, so that the time decreases from beam to beam. Once ``leaving`` is set, attempts to
+    connect are given up. RobotError if no valid packet arrives.
     """
 
     def __init__(self, config: HardwareConfig, model: LidarModel, leaving: threading.Event, wire: WireSession) -> None:
@@ -52,11 +52,11 @@ class Ld19:
 
     @property
     def trouble(self) -> str | None:
-        """Reason why no scans come; None when they do."""
+        """Reason why no scans arrive; None if they do."""
         return self._thread.trouble
 
     def close(self) -> None:
-        """Let go of the sensor, which goes on turning; closing twice is allowed."""
+        """Close the port; the sensor keeps turning; closing twice is allowed."""
         self._leaving.set()
         self._thread.close()
         self._port.close()
@@ -82,13 +82,13 @@ class Ld19:
         self._port.close()
 
     def _serve(self) -> None:
-        """Take the packets that come within a short time; RobotError when there are no more scans."""
+        """Take the packets of a short time; RobotError if no more scans arrive."""
         self._receive()
-        if time.monotonic() - self._last_scan_at > max(_LEAST_SILENCE, _LOST_SCANS * self.period):
+        if time.monotonic() - self._last_scan_at > max(_MIN_SILENCE, _LOST_SCANS * self.period):
             raise RobotError(f"{self._port_name}: the lidar sends no scans any more")
 
     def _receive(self) -> int:
-        """Take the packets that have come, and return their number."""
+        """Take the packets that have arrived, and return their number."""
         packets = self._decoder.feed(self._port.read(_POLL))
         now = time.monotonic()
         for packet in packets:
@@ -98,7 +98,7 @@ class Ld19:
         return len(packets)
 
     def _keep(self, turn: Turn, now: float) -> None:
-        """Keep a whole turn as a scan, unless much of it is missing or its time is not known."""
+        """Keep a whole turn as a scan, unless much of it is missing or its time is unknown."""
         scan = turn.scan(self._lidar.range_min, self._lidar.range_max)
         self._last_scan_at, self.period = now, scan.scan_time
         if self._clock.settled and np.isnan(scan.ranges).mean() <= 1.0 - _FEWEST:

@@ -14,14 +14,14 @@ _TURN = 2.0 * pi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Turn:
-    """The points of one turn, from behind the robot clockwise; radians, metres, seconds of the host."""
+    """Points of one turn, from behind the robot clockwise; radians, metres, seconds of the host."""
 
     angles: FloatArray
-    """(N,): clockwise from ahead, from pi to 3 pi, rising."""
+    """(N,): bearings, clockwise from ahead, increasing from pi to 3 pi."""
     ranges: FloatArray
-    """(N,): inf without an echo."""
+    """(N,): ranges; inf without an echo."""
     times: FloatArray
-    """(N,)."""
+    """(N,): times."""
 
     def scan(self, range_min: float, range_max: float) -> LaserScan:
         """Return the scan, counter-clockwise and evenly spaced, nan where points are missing.
@@ -50,7 +50,7 @@ class Turn:
 
 
 class TurnCollector:
-    """Gathers points until a turn is whole: the angle passes behind the robot."""
+    """Gathers points until a turn is complete: the angle passes behind the robot."""
 
     def __init__(self) -> None:
         self._points: list[tuple[float, float, float]] | None = None
@@ -58,7 +58,7 @@ class TurnCollector:
         self._angle = 0.0
 
     def add(self, packet: LdPacket, last_at: float) -> Turn | None:
-        """Take a packet whose last point was measured at ``last_at``; return the turn that it ends, if it ends one."""
+        """Take a packet whose last point was measured at ``last_at``; return the turn that it completes, if any."""
         whole = None
         times = last_at - (packet.last - packet.angles) / packet.speed
         for angle, metres, at in zip(

@@ -14,22 +14,22 @@ from slam.scenario.hardware_config import HardwareConfig
 
 
 class LidarDriver(Protocol):
-    """A lidar that was opened, whose scans come by themselves, on a thread of its own."""
+    """An open lidar, whose own thread receives its scans."""
 
     scans: ScanQueue
 
     @property
     def period(self) -> float:
-        """Seconds from scan to scan, as it turns now."""
+        """Seconds from scan to scan, at the present speed."""
         ...
 
     @property
     def trouble(self) -> str | None:
-        """Reason why no scans come; None when they do."""
+        """Reason why no scans arrive; None if they do."""
         ...
 
     def close(self) -> None:
-        """Let go of the lidar; closing twice is allowed."""
+        """Close the lidar; closing twice is allowed."""
         ...
 
 
@@ -46,14 +46,14 @@ class LidarDevice:
 
 LIDAR_DEVICES: Final = {
     "urg04lx": LidarDevice("hardware.urg04lx:Urg04lx", "hardware.emulator.urg04lx:EmulatedUrg04lx"),
-    "table1": LidarDevice(None, "hardware.emulator.urg04lx:EmulatedTable1"),  # it calls itself a URG-04LX
+    "table1": LidarDevice(None, "hardware.emulator.urg04lx:EmulatedTable1"),  # its own name for itself is URG-04LX
     "ld19": LidarDevice("hardware.lidars.ld19:Ld19", "hardware.emulator.ld19:EmulatedLd19"),
 }
-"""Every lidar that is more than simulated, by its name in ``slam/lidars.py``."""
+"""Every lidar with a driver or emulator, by its name in ``slam/lidars.py``."""
 
 
 def lidar_driver(model: str) -> OpenLidar:
-    """Return what opens a lidar of this model; ScenarioError where there is no driver for it."""
+    """Return the class of the driver for this model; ScenarioError if there is none."""
     device = LIDAR_DEVICES.get(model)
     if device is None or device.driver is None:
         known = " or ".join(name for name, one in LIDAR_DEVICES.items() if one.driver)
@@ -62,7 +62,7 @@ def lidar_driver(model: str) -> OpenLidar:
 
 
 def lidar_emulator(model: str) -> Any:
-    """Return the class that plays a lidar of this model; ScenarioError likewise."""
+    """Return the class of the emulator for this model; ScenarioError if there is none."""
     if model not in LIDAR_DEVICES:
         raise ScenarioError(f"lidar.model: {model} cannot be emulated; set lidar.model={' or '.join(LIDAR_DEVICES)}")
     return import_by_name(LIDAR_DEVICES[model].emulator)

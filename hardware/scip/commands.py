@@ -15,7 +15,7 @@ _CONTINUOUS: Final = re.compile(r"(MD|MS)(\d{4})(\d{4})(\d\d)(\d)(\d\d)")
 _LATEST: Final = re.compile(r"(GD|GS)(\d{4})(\d{4})(\d\d)")
 _OLD: Final = re.compile(r"G(\d{3})(\d{3})(\d\d)")
 _NOTE: Final = re.compile(r";[A-Za-z0-9 ._+@]{0,16}")
-"""A client may append this to any command, to know the answer by."""
+"""Text that a client may append to any command, to recognise the answer."""
 _ECHO_AT_END: Final = re.compile(
     rb"(?:VV|PP|II|BM|QT|RS|RT|TM[012]|SS\d{6}|CR\d\d|HS[01]|(?:MD|MS)\d{13}|(?:GD|GS)\d{10}|SCIP2\.0)"
     rb"(?:;[A-Za-z0-9 ._+@]{0,16})?\Z"
@@ -29,29 +29,29 @@ def set_baud(baud: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ScanRequest:
-    """A request for ranges: MD and MS for scan after scan, GD and GS for the latest; G is that of SCIP 1.1.
+    """A request for ranges: MD and MS for continuous scans, GD and GS for the latest; G is that of SCIP 1.1.
 
-    D stands for values of three characters, S (and G) for two. Steps are counted as the sensor does, 1024 a turn.
+    D stands for values of three characters, S (and G) for two. Steps are counted as the sensor does, 1024 per turn.
     """
 
     letters: str
     first: int
     last: int
     cluster: int = 1
-    """Steps that share one value, the least of theirs; 0 behaves as 1."""
+    """Steps that share one value, their least range; 0 means 1."""
     interval: int = 0
     """Scans left out between two that are sent."""
     scans: int = 0
-    """Number to send; 0: until QT. In the answer: the number left."""
+    """Number of scans to send, 0 until QT; in the answer, the number still to come."""
 
     @property
     def width(self) -> int:
-        """Characters a value."""
+        """Characters per value."""
         return 3 if self.letters in ("MD", "GD") else 2
 
     @property
     def continuous(self) -> bool:
-        """True where scans come by themselves."""
+        """True for continuous scans."""
         return self.letters in ("MD", "MS")
 
     @property
@@ -83,12 +83,12 @@ def without_note(text: str) -> str:
 
 
 def note_of(text: str) -> str:
-    """Return the note that a client appended to the command, with its semicolon; empty where there is none."""
+    """Return the note that a client appended to the command, with its semicolon; empty if there is none."""
     found = _NOTE.search(text)
     return found[0] if found else ""
 
 
 def echo_at_end(line: bytes) -> bytes | None:
-    """Return the echo of a command that ends this line, where damage has run two answers together."""
+    """Return the echo of a command that ends this line, after damage that joined two answers."""
     found = _ECHO_AT_END.search(line)
     return found[0] if found else None

@@ -1,7 +1,7 @@
 """SCIP's digits of six bits, each plus 0x30: numbers in base 64, and the sum that ends a line of SCIP 2.0.
 
-Every character of a line counts in its sum: in lines of data the semicolon is the digit 11. Only the semicolon that
-ends a ``KEY:value;`` line of VV, PP and II is left out.
+The sum includes every character of a line: in lines of data the semicolon is the digit 11. Only the semicolon at the
+end of a ``KEY:value;`` line of VV, PP and II is left out.
 """
 
 from typing import Final
@@ -25,7 +25,7 @@ def encode_values(values: IntArray, width: int) -> bytes:
 
 
 def decode_values(text: bytes, width: int) -> IntArray:
-    """Return the values, shape (N,); DecodeError for a character outside 0x30 to 0x6F or a number cut off."""
+    """Return the values, shape (N,); DecodeError for a character outside 0x30 to 0x6F or a number that is cut off."""
     if len(text) % width:
         raise DecodeError(f"{len(text)} characters are no whole values of {width}")
     digits = np.frombuffer(text, np.uint8).reshape(-1, width).astype(np.int64) - _ZERO
@@ -46,9 +46,9 @@ def add_sum(line: bytes, entry: bool = False) -> bytes:
 
 
 def check_sum(line: bytes, entry: bool = False) -> bytes:
-    """Return the line without its sum; DecodeError when the sum is another one.
+    """Return the line without its sum; DecodeError if the sum is wrong.
 
-    ``entry`` is True for ``KEY:value;``, of which some sensors sum the last semicolon too.
+    ``entry`` is True for ``KEY:value;``, where some sensors include the last semicolon in the sum.
     """
     if not line:
         raise DecodeError("an empty line has no sum")

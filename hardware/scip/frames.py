@@ -1,15 +1,15 @@
-"""Framing: the sensor's stream is cut into answers, which an empty line ends, and the client's into commands."""
+"""Framing: cuts the sensor's stream into answers, which end with an empty line, and the client's into commands."""
 
 from typing import Final
 
 _LONGEST: Final = 8192
-"""Bytes: more than any answer has; a full scan has 2137."""
+"""Longest answer, bytes, with some margin; a full scan has 2137."""
 
 Lines = tuple[bytes, ...]
 
 
 class FrameDecoder:
-    """Collects lines until an empty one. It holds less than an answer between two calls."""
+    """Collects lines up to an empty one. Between two calls it holds less than one answer."""
 
     def __init__(self) -> None:
         self._buffer = bytearray()
@@ -17,11 +17,11 @@ class FrameDecoder:
 
     @property
     def pending(self) -> bool:
-        """True while an answer has begun that is not whole yet."""
+        """True while an answer has begun and is not yet complete."""
         return bool(self._buffer)
 
     def feed(self, data: bytes) -> list[Lines]:
-        """Take bytes, and return the lines of each answer that is now whole."""
+        """Take bytes, and return the lines of each answer that is now complete."""
         self._buffer += data
         frames = []
         while (end := self._buffer.find(b"\n\n", self._searched)) >= 0:
@@ -34,7 +34,7 @@ class FrameDecoder:
         return frames
 
     def flush(self) -> None:
-        """Forget an answer that had begun, as the line fell silent; it would spoil the next one."""
+        """Forget an incomplete answer after the line fell silent; it would spoil the next one."""
         self._buffer.clear()
         self._searched = 0
 
@@ -53,7 +53,10 @@ class CommandDecoder:
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> list[str]:
-        """Take bytes, and return the commands that are now whole; question marks replace what is no ASCII text."""
+        """Take bytes, and return the commands that are now complete.
+
+        Question marks replace bytes that are not ASCII.
+        """
         self._buffer += data.replace(b"\r", b"\n")
         *lines, rest = self._buffer.split(b"\n")
         self._buffer = rest[-_LONGEST:]

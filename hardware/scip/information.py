@@ -49,12 +49,12 @@ class VersionInfo:
 
     @classmethod
     def decode(cls, reply: Reply) -> Self:
-        """Read the answer; DecodeError when something is missing."""
+        """Read the answer; DecodeError if a value is missing."""
         return cls(*_words(entries(reply), "VEND", "PROD", "FIRM", "PROT", "SERI"))
 
     @classmethod
     def decode_leniently(cls, lines: Lines) -> Self:
-        """Read what there is between two empty lines, right sums or not; it informs people only."""
+        """Read what arrived between two empty lines, whatever the sums; for messages to people only."""
         pairs = [line.decode("latin-1").partition(":") for line in lines]
         values = {key: value.rpartition(";")[0] for key, colon, value in pairs if colon}
         return cls(*(values.get(key) or "unknown" for key in ("VEND", "PROD", "FIRM", "PROT", "SERI")))
@@ -69,22 +69,22 @@ class VersionInfo:
 
 @dataclass(frozen=True, slots=True)
 class SensorParameters:
-    """The sensor's abilities: the answer to PP."""
+    """The sensor's parameters: the answer to PP."""
 
     model: str
     range_min: float
     """Metres."""
     range_max: float
     resolution: int
-    """Steps a turn."""
+    """Steps per turn."""
     first: int
-    """The first step that can be measured ..."""
+    """First step that is measured."""
     last: int
-    """... and the last."""
+    """Last step that is measured."""
     front: int
     """The step that points forward."""
     scan_time: float
-    """Seconds a turn."""
+    """Seconds per turn."""
 
     @property
     def lidar(self) -> Lidar:
@@ -100,7 +100,7 @@ class SensorParameters:
 
     @classmethod
     def decode(cls, reply: Reply) -> Self:
-        """Read the answer; DecodeError when something is missing or cannot be."""
+        """Read the answer; DecodeError if a value is missing or impossible."""
         values = entries(reply)
         near, far, turn, first, last, front, rpm = (
             _whole(values, key) for key in ("DMIN", "DMAX", "ARES", "AMIN", "AMAX", "AFRT", "SCAN")
@@ -139,7 +139,7 @@ class SensorState:
 
     @classmethod
     def decode(cls, reply: Reply) -> Self:
-        """Read the answer; DecodeError when something is missing."""
+        """Read the answer; DecodeError if a value is missing."""
         values = entries(reply)
         model, laser, motor, mode, rate, condition = _words(values, "MODL", "LASR", "SCSP", "MESM", "SBPS", "STAT")
         return cls(model, laser == "ON", motor, mode, rate, decode_hex_time(values.get("TIME", "")), condition)

@@ -1,10 +1,10 @@
-"""Scans with damaged lines, of which the other lines are kept.
+"""Recovers the undamaged lines of scans with damaged lines.
 
-The sum of a line has six bits. One damaged byte always changes it, or is no digit. Two are missed once in a thousand
-where any byte may become any other, and once in thirty where one bit turns over. So how many lines may be believed
-depends on how noisy the wire is, which the damage that is seen tells: where it hit more than an eighth of the lines,
-nothing is kept. Damage also comes in runs, whose ends reach into the next line by a byte or two: beside a damaged line
-none is believed. What gets through is measured by ``hopslam bench hardware noise``.
+The sum of a line has six bits. It always detects one damaged byte. Two damaged bytes are missed once in a thousand if
+any byte may become any other, and once in thirty if one bit flips. So lines can be trusted only if the wire is not too
+noisy: if more than an eighth of the lines is damaged, nothing is kept. Damage also comes in runs, whose ends reach into
+the next line by a byte or two: the neighbours of a damaged line are dropped. ``hopslam bench hardware noise`` measures
+the wrong ranges that remain.
 """
 
 from collections.abc import Sequence
@@ -24,20 +24,20 @@ from hardware.scip.reply import DATA_LINE, data_lines, decode_reply, possible_re
 from hardware.scip.scan_data import ScanData, to_metres
 from hardware.scip.time_stamp import decode_time
 
-_MOST_DAMAGED: Final = 1 / 8
+_MAX_DAMAGED: Final = 1 / 8
 """Largest share of the lines that may be damaged."""
 _TOO_FAR: Final = 2.0
-"""Multiple of the sensor's reach beyond which a range is damage that its line's sum has missed."""
+"""Ranges beyond this multiple of the sensor's range limit are damage that the line's sum has missed."""
 _NOTHING: Final = b"0"
 
 Mask = NDArray[np.bool_]
 
 
 def partial_scans(lines: Lines, reach: float = inf) -> list[ScanData]:
-    """Read the scans of MD or MS among the lines between two empty lines, nan where their lines are lost.
+    """Read the scans of MD or MS among the lines between two empty lines; ranges are nan where their lines are lost.
 
-    Mostly one; none where too little is left; two where the empty line between them was lost. Echo, status and time
-    must be right. ``reach`` is the sensor's, metres.
+    There is mostly one; none if too little is left; two if the empty line between them was lost. Echo, status and time
+    must be correct. ``reach`` is the sensor's, metres.
     """
     scans = []
     for answer in possible_replies(lines):
@@ -57,16 +57,16 @@ def _partial_scan(lines: Lines, reach: float) -> ScanData:
     values = decode_values(data, request.width)
     good = np.array([text is not None for text in texts])
     good[_line_of(np.flatnonzero(values > _TOO_FAR * reach * 1000.0), request.width)] = False
-    if np.count_nonzero(~good) > _MOST_DAMAGED * len(good):
+    if np.count_nonzero(~good) > _MAX_DAMAGED * len(good):
         raise DecodeError(f"{np.count_nonzero(~good)} of {len(good)} lines")
     believed = np.repeat(_without_neighbours(good), DATA_LINE)[: len(data)].reshape(-1, request.width).all(axis=1)
     return ScanData(request, np.where(believed, to_metres(values), np.nan), decode_time(head.lines[0]))
 
 
 def _in_place(lines: Sequence[bytes], blank: Sequence[bytes]) -> list[bytes | None]:
-    """Return each line where it belongs, counted from the front and from the end, as far as all have the right length.
+    """Return each line at its place, counted from both ends, as far as the lines have the right length.
 
-    The lines between are None: there a line end was lost or made, or a byte.
+    The lines between are None: there a line end or a byte was lost or added.
     """
     sizes = [len(line) + 1 for line in blank]
     front = _fitting(lines, sizes)
@@ -78,7 +78,7 @@ def _in_place(lines: Sequence[bytes], blank: Sequence[bytes]) -> list[bytes | No
 
 
 def _fitting(lines: Sequence[bytes], sizes: Sequence[int]) -> int:
-    """Count the lines, from the first on, that have these sizes."""
+    """Count the leading lines that have these sizes."""
     return sum(1 for _ in takewhile(lambda pair: len(pair[0]) == pair[1], zip(lines, sizes, strict=False)))
 
 
@@ -97,7 +97,7 @@ def _line_of(values: NDArray[np.intp], width: int) -> NDArray[np.intp]:
 
 
 def _without_neighbours(good: Mask) -> Mask:
-    """Keep the lines that stand beside good ones only; the ends of a scan are good."""
+    """Keep the lines with good neighbours only; the ends of a scan count as good."""
     fenced = np.concatenate([[True], good, [True]])
     believed: Mask = fenced[:-2] & fenced[1:-1] & fenced[2:]
     return believed

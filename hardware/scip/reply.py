@@ -17,14 +17,17 @@ _INFORMATION: Final = ("VV", "PP", "II")
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """An answer with right sums, which are left out. A status of one character is SCIP 1.1's, which has no sums."""
+    """An answer with correct sums, which are removed.
+
+    A status of one character is that of SCIP 1.1, which has no sums.
+    """
 
     echo: str
     status: str
     lines: tuple[bytes, ...] = ()
 
     def encode(self) -> bytes:
-        """Return the bytes on the wire, the empty line at the end included."""
+        """Return the bytes on the wire, including the empty line at the end."""
         status, lines = self.status.encode("latin-1"), self.lines
         if len(status) > 1:
             status, lines = add_sum(status), tuple(add_sum(line, _informs(self.echo)) for line in lines)
@@ -37,7 +40,7 @@ def data_lines(data: bytes) -> tuple[bytes, ...]:
 
 
 def decode_reply(lines: tuple[bytes, ...]) -> Reply:
-    """Read an answer of SCIP 2.0 from its lines; DecodeError when it is none."""
+    """Read an answer of SCIP 2.0 from its lines; DecodeError for anything else."""
     if len(lines) < 2:
         raise DecodeError("no status")
     echo = _text(lines[0])
@@ -49,7 +52,7 @@ def decode_reply(lines: tuple[bytes, ...]) -> Reply:
 
 
 def decode_old_reply(lines: tuple[bytes, ...]) -> Reply:
-    """Read an answer of SCIP 1.1 from its lines, which have no sums; DecodeError when it is none."""
+    """Read an answer of SCIP 1.1 from its lines, which have no sums; DecodeError for anything else."""
     if len(lines) < 2 or len(lines[1]) != 1:
         raise DecodeError("no status of one character")
     return Reply(_text(lines[0]), _text(lines[1]), lines[2:])
@@ -58,8 +61,8 @@ def decode_old_reply(lines: tuple[bytes, ...]) -> Reply:
 def possible_replies(lines: tuple[bytes, ...]) -> Iterator[tuple[bytes, ...]]:
     """Yield the lines between two empty lines from each place where an answer may begin.
 
-    Damage may have run it together with the remains of others. It begins at the first line, or with an echo at the end
-    of a line.
+    Damage may have joined it with the remains of others. It begins at the first line, or with an echo at the end of a
+    line.
     """
     yield lines
     for start, line in enumerate(lines):
@@ -69,7 +72,7 @@ def possible_replies(lines: tuple[bytes, ...]) -> Iterator[tuple[bytes, ...]]:
 
 
 def find_reply(lines: tuple[bytes, ...]) -> Reply | None:
-    """Return the answer of SCIP 2.0 among the lines between two empty lines; None when there is none."""
+    """Return the answer of SCIP 2.0 among the lines between two empty lines; None if there is none."""
     for answer in possible_replies(lines):
         with suppress(DecodeError):
             return decode_reply(answer)

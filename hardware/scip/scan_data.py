@@ -1,4 +1,4 @@
-"""Ranges on the wire: a time stamp, and whole millimetres of which those below 20 name errors."""
+"""Ranges on the wire: a time stamp, and whole millimetres, where values below 20 are error codes."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -14,7 +14,7 @@ from slam.pose import FloatArray
 
 _ERROR_CODES: Final = 20
 _BEYOND_REACH: Final = (0, 6, 16)
-"""Error codes for an object at 22 m, 5.7 m or 4096 mm: there is no echo within reach."""
+"""Error codes for an object at 22 m, 5.7 m or 4096 mm: no echo within range."""
 _NO_ECHO, _ERRONEOUS = 0, 7
 
 
@@ -23,7 +23,7 @@ class ScanData:
     """The answer to a measuring command."""
 
     request: ScanRequest
-    """The request as echoed: ``scans`` are left."""
+    """The echoed request; its ``scans`` are those still to come."""
     ranges: FloatArray
     """Metres, one for each cluster of steps; inf is no echo and nan an erroneous reading (REP-117)."""
     time: float | None
@@ -31,14 +31,14 @@ class ScanData:
 
 
 def encode_scan(scan: ScanData, status: str) -> Reply:
-    """Return the sensor's answer; ranges that the characters of the request cannot hold are sent as no echo."""
+    """Return the sensor's answer; ranges too long for the characters of the request are sent as no echo."""
     data = data_lines(encode_values(_to_millimetres(scan.ranges, scan.request.width), scan.request.width))
     stamp = () if scan.time is None else (encode_time(scan.time),)
     return Reply(scan.request.encode(), status, (*stamp, *data))
 
 
 def decode_scan(reply: Reply) -> ScanData:
-    """Read the ranges of an answer; DecodeError when it has none, or not as many as its echo says."""
+    """Read the ranges of an answer; DecodeError if their number differs from that in the echo."""
     request = ScanRequest.decode(reply.echo)
     stamped = request.letters != "G"
     if len(reply.lines) < 1 + stamped:

@@ -25,7 +25,7 @@ _SPECIAL: Final = {
     ("CR", "02"): "the speed is out of range",
     ("CR", "03"): "the motor turned at that speed already",
     ("CR", "04"): "the speed is not supported",
-    ("HS", "01"): "no such sensitivity",
+    ("HS", "01"): "unknown sensitivity",
     ("HS", "02"): "the sensitivity was that already",
     ("HS", "03"): "this firmware has one sensitivity",
     ("TM", "01"): "no such control code",
@@ -45,12 +45,12 @@ _PARAMETERS: Final = {
 
 
 def is_ok(status: str) -> bool:
-    """Tell whether the command was obeyed: 00 or 99 (a scan that comes by itself), 0 in SCIP 1.1."""
+    """Return True if the command was obeyed: 00 or 99 (a continuous scan), 0 in SCIP 1.1."""
     return status in ("00", "99", "0")
 
 
 def status_meaning(command: str, status: str) -> str:
-    """Return the meaning of a status in words."""
+    """Describe a status in words."""
     if is_ok(status):
         return "done"
     words = _SPECIAL.get((command[:2], status)) or _GENERAL.get(status)

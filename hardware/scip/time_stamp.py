@@ -9,7 +9,7 @@ from hardware.scip.encoding import decode_values, encode_values
 
 _COUNT: Final = 2**24
 TIME_WRAP: Final = _COUNT / 1000.0
-"""Seconds after which the sensor's clock begins anew: 4.66 h."""
+"""Seconds after which the sensor's clock wraps: 4.66 h."""
 
 
 def encode_time(seconds: float) -> bytes:
@@ -30,7 +30,7 @@ def encode_hex_time(seconds: float) -> str:
 
 
 def decode_hex_time(text: str) -> float:
-    """Return seconds; DecodeError for no number."""
+    """Return seconds; DecodeError for text that is not a number."""
     try:
         return int(text, 16) / 1000.0
     except ValueError:

@@ -1,1 +1,1 @@
-"""Bytes that pass over the ports: kept in a file, listed in words, and played to the drivers as a device."""
+"""The traffic on the ports: recorded in a file, listed in words, and played to the drivers like a device."""

@@ -24,16 +24,16 @@ from slam.errors import InputError
 Kind = Literal["=", ">", "<", "-"]
 HEADER: Final = "# hopslam wire 1"
 LONGEST_LINE: Final = 1 << 20
-"""Characters; a chunk has at most some thousand bytes."""
+"""Longest line, characters; a chunk has at most some thousand bytes."""
 _LINE: Final = re.compile(r"(\d+\.\d+) (\S+) ([=><-]) ?(.*)\n")
 
 
 @dataclass(frozen=True, slots=True)
 class WireEvent:
-    """Something that happened at a port: ``data`` of ``>`` and ``<``, ``text`` of the others."""
+    """Event at a port: ``data`` of ``>`` and ``<``, ``text`` of the others."""
 
     stamp: float
-    """Seconds of the clock of the file."""
+    """Time of the event on the file's clock, seconds."""
     port: str
     kind: Kind
     data: bytes = b""
@@ -46,7 +46,7 @@ class WireEvent:
 
     @classmethod
     def parse(cls, line: str) -> WireEvent | None:
-        """Read a line; None where it is none."""
+        """Read a line; None if it is not an event."""
         found = _LINE.fullmatch(line)
         if found is None:
             return None
@@ -60,7 +60,7 @@ class WireEvent:
 
 
 def read_wire(path: Path) -> Iterator[WireEvent]:
-    """Read a recording line by line; InputError where the file cannot be read or is none."""
+    """Read a recording line by line; InputError if the file cannot be read or is not a recording."""
     try:
         with path.open(encoding="ascii", errors="replace") as file:
             if not file.readline(LONGEST_LINE).startswith(HEADER):

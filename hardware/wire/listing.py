@@ -1,4 +1,4 @@
-"""A wire recording in words: a line for each message of ARCOS, SCIP and LDROBOT, and for bytes that are none."""
+"""A wire recording in words: a line for each message of ARCOS, SCIP and LDROBOT, and for undecodable bytes."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
@@ -17,14 +17,14 @@ from hardware.wire.messages import MessageSplitter, WireMessage
 from hardware.wire.robot_words import RobotWords
 
 _SILENCE: Final = 0.3
-"""Seconds after which a message that is not whole will never be."""
+"""Seconds after which an incomplete message is given up."""
 _SHOWN: Final = 24
-"""Bytes shown of those that mean nothing."""
+"""Bytes shown of data that cannot be decoded."""
 _TO, _FROM = ">", "<"
 
 
 def list_wire(events: Iterable[WireEvent], raw: bool = False) -> Iterator[str]:
-    """Yield the lines of a recording, with seconds since its first event; ``raw`` adds the bytes as they came.
+    """Yield the lines of a recording, with seconds since its first event; ``raw`` adds the bytes.
 
     A message is listed when its last byte has come.
     """

@@ -1,4 +1,4 @@
-"""Cuts one direction of a recorded port into messages, whatever they are, and loses no byte."""
+"""Cuts one direction of a recorded port into messages of any protocol, without losing a byte."""
 
 import re
 from collections.abc import Iterator
@@ -16,21 +16,24 @@ _LONGEST_TEXT: Final = 8192
 
 @dataclass(frozen=True, slots=True)
 class WireMessage:
-    """Bytes that belong together: the data of an ARCOS packet, a packet of LDROBOT, the text of SCIP, or none."""
+    """Bytes of one message: the data of an ARCOS packet, a packet of LDROBOT, the text of SCIP, or unknown bytes."""
 
     protocol: Protocol
     data: bytes
 
 
 class MessageSplitter:
-    """Takes chunks of one direction; ``end`` ends a message of SCIP: an empty line of the sensor, a line feed to it."""
+    """Takes chunks of one direction.
+
+    ``end`` ends a message of SCIP: an empty line from the sensor, a line feed to it.
+    """
 
     def __init__(self, end: bytes) -> None:
         self._end = end
         self._buffer = b""
 
     def feed(self, chunk: bytes) -> Iterator[WireMessage]:
-        """Take bytes, and yield the messages that are whole now."""
+        """Take bytes, and yield the messages that are now complete."""
         self._buffer += chunk
         while self._buffer:
             message, size = self._first()
@@ -41,13 +44,13 @@ class MessageSplitter:
                 yield message
 
     def flush(self) -> Iterator[WireMessage]:
-        """Yield what never became whole, as the line fell silent."""
+        """Yield incomplete messages after the line fell silent."""
         left, self._buffer = self._buffer, b""
         if left.strip(b"\r\n"):
             yield WireMessage("none", left)
 
     def _first(self) -> tuple[WireMessage, int]:
-        """Return the first message and the number of its bytes; 0 where it is not whole yet."""
+        """Return the first message and the number of its bytes; 0 if it is not complete yet."""
         if self._buffer.startswith(HEADER) or self._buffer == HEADER[:1]:
             return self._packet()
         if self._buffer.startswith(LD_HEADER):
@@ -82,7 +85,7 @@ class MessageSplitter:
         return WireMessage("scip", text), leading
 
     def _neither(self) -> tuple[WireMessage, int]:
-        """Return the bytes up to where the next packet may begin."""
+        """Return the bytes before the next possible start of a packet."""
         starts = [place for header in (HEADER, LD_HEADER) if (place := self._buffer.find(header, 1)) > 0]
         end = min(starts, default=len(self._buffer) - (len(self._buffer) > 1 and self._buffer.endswith(HEADER[:1])))
         return WireMessage("none", self._buffer[:end]), end

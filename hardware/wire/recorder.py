@@ -1,4 +1,4 @@
-"""Keeps what passes over the ports in a file that only grows, and never lets a driver wait for the disk."""
+"""Records the traffic on the ports in a file, without delaying a driver when the disk is slow."""
 
 import logging
 import os
@@ -13,24 +13,26 @@ from hardware.wire.events import HEADER, Kind, WireEvent
 from slam.closing import Closing
 from slam.errors import InputError
 
+_APPEND: Final = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
+"""Windows has the last one, without which it writes other line ends."""
 _LOG: Final = logging.getLogger("hopslam.wire")
 _PERIOD: Final = 0.1
-"""Seconds between two writes: what a program that is killed can lose."""
-_MOST_WAITING: Final = 20_000
-"""Events that wait for a disk that is slow, some minutes of both devices; more are dropped, and that is said."""
+"""Seconds between two writes: the most that a killed program can lose."""
+_MAX_WAITING: Final = 20_000
+"""Events that may wait for a slow disk, some minutes of both devices; more are dropped, with a warning."""
 
 
 class WireRecorder(Closing):
-    """Appends events to a file from a thread of its own; InputError where it cannot be written from the start.
+    """Appends events to a file on its own thread; InputError if the file cannot be written from the start.
 
-    A disk that fails later ends the recording, with a warning, and nothing else.
+    If the disk fails later, the recording ends with a warning; the run continues.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         try:
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+            self._file = os.open(path, _APPEND, 0o644)
             self._write(f"{HEADER}: seconds of a monotonic clock; {time.monotonic():.6f} was {now}\n")
         except OSError as error:
             raise InputError(
@@ -43,10 +45,10 @@ class WireRecorder(Closing):
         self._thread.start()
 
     def add(self, port: str, kind: Kind, content: bytes | str) -> None:
-        """Keep an event that happens now; from any thread, without waiting."""
+        """Record an event that happens now; callable from any thread, without waiting."""
         if self._over.is_set():
             return
-        if len(self._waiting) >= _MOST_WAITING:
+        if len(self._waiting) >= _MAX_WAITING:
             self._dropped += 1
             return
         data, text = (content, "") if isinstance(content, bytes) else (b"", content)
@@ -67,7 +69,7 @@ class WireRecorder(Closing):
         self._flush()
 
     def _flush(self) -> bool:
-        """Write the events that wait; False where the disk failed, so that there is no more to do."""
+        """Write the events that wait; return False once the disk has failed."""
         events = [self._waiting.popleft() for _ in range(len(self._waiting))]
         dropped, self._dropped = self._dropped, 0
         if dropped:

@@ -1,4 +1,4 @@
-"""Messages of ARCOS in words; a few of them have a meaning that those before decide."""
+"""Describes messages of ARCOS; the meaning of a few depends on those before them."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -17,7 +17,7 @@ _SYNC: Final = ("SYNC0", "SYNC1", "SYNC2")
 
 
 class RobotWords:
-    """Tells commands and packets of one robot, with the units of the subclass that it gave."""
+    """Describes commands and packets of one robot, in the units of its subclass."""
 
     def __init__(self) -> None:
         self._open = False

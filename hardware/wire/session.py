@@ -1,4 +1,4 @@
-"""The wire of one session: recorded where that is wanted, and recordings that stand for devices, each played once."""
+"""The wire of one session: the recorder, and the recordings that replace devices, each played once."""
 
 from pathlib import Path
 
@@ -9,19 +9,19 @@ from slam.closing import Closing
 
 
 class WireSession(Closing):
-    """The recorder and the recordings that the ports of a session share; their bytes go to the file ``record``."""
+    """Recorder and recordings that the ports of a session share; bytes are written to the file ``record``."""
 
     def __init__(self, record: Path | None = None) -> None:
         self._recorder = None if record is None else WireRecorder(record)
         self._tapes: dict[str, WireTape] = {}
 
     def note(self, port: str, kind: Kind, content: bytes | str) -> None:
-        """Keep an event, where the wire is recorded."""
+        """Record an event, if the wire is recorded."""
         if self._recorder is not None:
             self._recorder.add(port, kind, content)
 
     def tape(self, url: str) -> WireTape:
-        """Return the recording that this URL names, where it was left; InputError where there is none."""
+        """Return the recording that this URL names, at its present position; InputError if there is none."""
         if url not in self._tapes:
             self._tapes[url] = WireTape(url)
         return self._tapes[url]

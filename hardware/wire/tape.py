@@ -1,4 +1,4 @@
-"""A wire recording as a device: it says again what the recorded device said, as an open port of pyserial would."""
+"""A wire recording as a device: it repeats what the recorded device sent, with the interface of a pyserial port."""
 
 import threading
 import time
@@ -14,23 +14,23 @@ from slam.errors import InputError
 
 SCHEME: Final = "wire:"
 _LONGEST_HOLD: Final = 3.0
-"""Seconds to wait for a question of the recording that the driver does not ask; then the tape runs on."""
+"""Seconds to wait for a recorded question that the driver does not ask; then the tape continues."""
 _FARTHEST_AHEAD: Final = 10.0
-"""Seconds of the recording within which a question of the driver is looked for."""
+"""Seconds of the recording within which a question of the driver is searched."""
 _HANDSHAKE: Final = (0, 1, 2)
 """SYNC0, SYNC1 with OPEN, SYNC2."""
 _OPENS: Final[dict[int, bool]] = {CommandId.OPEN: True, CommandId.CLOSE: False}
 _WITHOUT_ARGUMENT: Final = 6
-"""Bytes of a packet that has none."""
+"""Length of a packet without data, bytes."""
 
 
 class WireTape:
-    """The conversation at one port of a recording. It plays once, and goes on where it was when it is opened again.
+    """The conversation at one port of a recording. It plays once, and continues where it was when it is opened again.
 
-    It runs by the clock. At a question it waits for the driver to ask the same one, and goes on from there, so that a
-    driver that asks earlier, later or in another order is answered too. At the first question it waits for good, at
-    others for a while. Questions are commands of SCIP, and of ARCOS those that open a robot and CONFIG; all else that
-    was sent passes by.
+    It plays in real time. At a question it waits for the driver to ask the same one, and continues from there, so that
+    a driver that asks earlier, later or in another order is answered too. At the first question it waits for good, at
+    others for a while. Questions are commands of SCIP, and of ARCOS those that open a robot and CONFIG; other commands
+    in the recording need no counterpart.
     """
 
     def __init__(self, url: str) -> None:
@@ -45,7 +45,7 @@ class WireTape:
         self._at = 0
         self._asked = False
         self._shift: float | None = None
-        """Seconds from the clock of the file to the host's; None before it runs."""
+        """Seconds from the clock of the file to the host's; None before the tape runs."""
         self._arrived = bytearray()
         self._news = threading.Condition()
         self.timeout = 0.0
@@ -58,7 +58,7 @@ class WireTape:
         return len(self._arrived)
 
     def read(self, size: int) -> bytes:
-        """Return at most so many bytes, as soon as any have come, or none after ``timeout`` seconds.
+        """Return up to ``size`` bytes, as soon as any have come, or none after ``timeout`` seconds.
 
         OSError at the end of the recording, and where the recorded port was lost.
         """
@@ -75,7 +75,7 @@ class WireTape:
             return data
 
     def write(self, data: bytes) -> int:
-        """Take what the driver sends; the same question in the recording is what is answered next."""
+        """Take what the driver sends; the tape continues at the same question in the recording."""
         with self._news:
             index = self._find(data)
             if index is not None:
@@ -92,7 +92,7 @@ class WireTape:
             self._shift = None
 
     def _advance(self, now: float) -> float:
-        """Play all that is due, and return when something is due next."""
+        """Play all that is due, and return the time of the next event."""
         if self._shift is None:
             self._shift = now - self._events[min(self._at, len(self._events) - 1)].stamp
         while self._at < len(self._events):
@@ -112,7 +112,10 @@ class WireTape:
         return now
 
     def _find(self, data: bytes) -> int | None:
-        """Return where the recording has this question: soon after now, else the last time before; None for nowhere."""
+        """Return the index of this question in the recording: soon after now, else its last one before.
+
+        None if it has none.
+        """
         if not _is_question(data, self._robot_open[self._at]):
             return None
         places = [index for index in self._questions if self._events[index].data == data]
@@ -122,7 +125,7 @@ class WireTape:
 
 
 def _conversation(path: Path, port: str) -> list[WireEvent]:
-    """Return the events of one port; InputError names the ports where there are several and none is chosen."""
+    """Return the events of one port; InputError lists the ports if there are several and none is chosen."""
     events = list(read_wire(path))
     ports = list(dict.fromkeys(event.port for event in events if event.kind in "><"))
     if not port and len(ports) == 1:
@@ -134,14 +137,14 @@ def _conversation(path: Path, port: str) -> list[WireEvent]:
 
 
 def _is_question(data: bytes, robot_open: bool) -> bool:
-    """Tell whether something that was sent is answered. While a robot is open, SYNC0 and SYNC1 are PULSE and OPEN."""
+    """Return True for bytes that get an answer. While a robot is open, SYNC0 and SYNC1 are PULSE and OPEN."""
     if not data.startswith(HEADER):
         return data.isascii() and data.endswith(b"\n") and len(data) > 1
     return data[3] == CommandId.CONFIG or (not robot_open and data[3] in _HANDSHAKE)
 
 
 def _openness(events: Sequence[WireEvent]) -> Iterator[bool]:
-    """Yield for each event whether an ARCOS robot is open before it, and then whether it is at the end.
+    """Yield for each event whether an ARCOS robot is open before it, and finally whether it is open at the end.
 
     OPEN and CLOSE have an argument, SYNC1 and SYNC2 have none.
     """

@@ -1,4 +1,4 @@
-"""Checks of what callers give to a batch: InputError is a line that names what is wrong."""
+"""Checks of the arguments of a batch; InputError is one line that names the fault."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from slam.pose import FloatArray
 
 
 def check_arguments(config: EnvConfig, slam: bool, render_mode: str | None, **numbers: int | None) -> None:
-    """Refuse what a batch cannot do, and numbers below 1."""
+    """Refuse arguments that a batch cannot use, and numbers below 1."""
     if not slam and ("slam_pose" in config.observe or "lost" in config.end_on):
         raise InputError("a batch runs SLAM only if told: add slam=True, or leave slam_pose and lost out")
     if slam and not config.uses_slam:
@@ -26,7 +26,7 @@ def check_arguments(config: EnvConfig, slam: bool, render_mode: str | None, **nu
 
 
 def read_autoreset_mode(given: str | AutoresetMode) -> AutoresetMode:
-    """Read the mode, or its name."""
+    """Read the autoreset mode, or its name."""
     names = [mode.value for mode in AutoresetMode]
     if given not in (*names, *AutoresetMode):
         hint = did_you_mean(str(given), names, otherwise=f"choose one of {', '.join(names)}")
@@ -35,7 +35,7 @@ def read_autoreset_mode(given: str | AutoresetMode) -> AutoresetMode:
 
 
 def read_reset_mask(options: dict[str, Any] | None, count: int) -> NDArray[np.bool_]:
-    """Read from the options of ``reset`` which robots (N,) it is about."""
+    """Read the option ``reset_mask``: a mask (N,) of the robots to reset."""
     given = options or {}
     for key in given:
         if key != "reset_mask":
@@ -47,7 +47,7 @@ def read_reset_mask(options: dict[str, Any] | None, count: int) -> NDArray[np.bo
 
 
 def read_seeds(seed: int | Sequence[int | None] | None, count: int) -> tuple[NDArray[np.uint64], NDArray[np.bool_]]:
-    """Read the seeds of so many robots, and which have one: k stands for k, k + 1, ..."""
+    """Read the seeds of ``count`` robots, and which robots have one: k stands for k, k + 1, ..."""
     if seed is None:
         return np.zeros(count, np.uint64), np.zeros(count, np.bool_)
     seeds = [seed + k for k in range(count)] if isinstance(seed, int | np.integer) else list(seed)
@@ -59,7 +59,7 @@ def read_seeds(seed: int | Sequence[int | None] | None, count: int) -> tuple[NDA
 
 
 def read_commands(actions: NDArray[Any], config: EnvConfig, tracks: FloatArray) -> FloatArray:
-    """Read actions (N, 2) as v and omega; the wheels of the robots are ``tracks`` (N,) metres apart."""
+    """Read actions (N, 2) as v and omega; ``tracks`` (N,) are the wheel tracks of the robots, metres."""
     numbers = np.asarray(actions, np.float64)
     if numbers.shape != (len(tracks), 2):
         raise InputError(f"actions have the shape ({len(tracks)}, 2); these have {numbers.shape}")

@@ -1,6 +1,5 @@
 """Many kinematic robots as one gymnasium vector environment."""
 
-import os
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -26,6 +25,7 @@ from slam.errors import InputError, RobotError
 from slam.pose import FloatArray
 from slam.run.gym_arrays import action_space
 from slam.scenario.schema import Scenario
+from slam.system import usable_cores
 
 ObservationDict = dict[str, NDArray[Any]]
 
@@ -33,8 +33,8 @@ ObservationDict = dict[str, NDArray[Any]]
 class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
     """``num_envs`` Pioneers P3-DX with lidars, moved by the kinematic model of ``physics.engine: plan``.
 
-    It is ``P3DXEnv`` many times over: the same scenarios, actions, views, rewards, ends and ``info``, made by one
-    compiled function on all cores. It differs in this:
+    Each robot is a ``P3DXEnv``: the same scenarios, actions, views, rewards, ends and ``info``, computed by one
+    compiled function on all cores. The differences are:
 
     - Nothing has forces: what the robot meets stops it, and furniture with a mass stands like a wall.
     - Each episode takes place in one of ``worlds`` worlds, which are drawn when the environment is made, of the seeds
@@ -87,7 +87,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         self.single_observation_space, self.single_action_space = spaces, action_space()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._threads = min(threads or len(os.sched_getaffinity(0)), num_envs)
+        self._threads = min(threads or usable_cores(), num_envs)
         self._pool = ThreadPoolExecutor(self._threads) if self._threads > 1 else None
         self._slam = SlamViews(self.config, scenarios, self._timing, self._threads) if slam else None
         self._over = np.ones(num_envs, np.bool_)
@@ -96,7 +96,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[ObservationDict, dict[str, Any]]:
-        """Begin new episodes, of all robots or of those of the option ``reset_mask``, and take their first scans."""
+        """Begin new episodes, of all robots or of those in the option ``reset_mask``, and take their first scans."""
         mask = read_reset_mask(options, self.num_envs)
         self._seed(seed, mask)
         rows: Iterable[Any] = () if self._seen is None else self._seen
@@ -109,7 +109,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
     def step(
         self, actions: NDArray[Any]
     ) -> tuple[ObservationDict, FloatArray, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Drive every robot at the speeds of its action until its next scan has come."""
+        """Drive every robot at the speeds of its action until its next scan."""
         if self._seen is None:
             raise RobotError("the environment has no episodes yet: call reset() first")
         mode, everyone = self.metadata["autoreset_mode"], np.ones(self.num_envs, np.bool_)
@@ -137,14 +137,14 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         return self._observation(), rewards, terminated, truncated, self._info(everyone, terms, begun) | final
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Let the threads and the processes go."""
+        """Stop the threads and the processes."""
         if self._pool is not None:
             self._pool.shutdown()
         if self._slam is not None:
             self._slam.close()
 
     def _step(self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], commands: FloatArray) -> None:
-        """Let these robots begin an episode and those go on, in as many threads as there are."""
+        """Let these robots begin an episode and the others continue, on all threads."""
         assert self._seen is not None
         polar, cell = self.config.goal_as == "polar", self.config.cell
         arguments = begins, goes_on, commands, self._worlds, self._timing, polar, cell, self._robots, self._seen
@@ -159,7 +159,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
             self._slam.update(begins, goes_on, self._robots, self._seen)
 
     def _finals(self, terms: dict[str, FloatArray], ending: NDArray[np.int64]) -> dict[str, Any]:
-        """Observations and infos with which episodes ended, as gymnasium's own vector environments give them."""
+        """Return the observations and infos that ended episodes, in the form of gymnasium's own vector environments."""
         observation = self._observation()
         observations = np.full(self.num_envs, None, object)
         for robot in np.flatnonzero(self._over):
@@ -183,7 +183,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
 
     @property
     def bytes_a_robot(self) -> float:
-        """Memory of a robot and of what it sees in one step; that of the worlds, which they share, comes on top."""
+        """Memory of a robot and of its views in one step, without that of the worlds, which all robots share."""
         arrays = [*self._robots, *(self._seen or self._make_seen())]
         return sum(rows.nbytes for rows in arrays) / self.num_envs
 
@@ -191,7 +191,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         return make_seen(self.num_envs, self._worlds, self._timing, self._views, self.config.map_cells)
 
     def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> None:
-        """Begin the streams of random numbers of these robots; those without a seed go on with theirs."""
+        """Start the random streams of these robots; a robot without a seed continues its stream."""
         seeds, given = read_seeds(seed, self.num_envs)
         if self._seen is None:
             seeds = np.where(given, seeds, self.np_random.integers(2**31, size=self.num_envs, dtype=np.uint64))
@@ -200,5 +200,5 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
 
 
 def _without_slam(views: tuple[str, ...], slam: bool) -> tuple[str, ...]:
-    """The views that the compiled step makes: with SLAM what that needs in the place of those that it makes."""
+    """Views that the compiled step makes; with SLAM, the inputs of SLAM replace the views that SLAM makes."""
     return (*(name for name in views if name not in ("slam_pose", "map")), "odometry", "ranges") if slam else views

@@ -1,4 +1,4 @@
-"""The occupancy grids of many robots: what a scan shows is marked, and a square around the robot is cut out."""
+"""Occupancy grids of many robots: cells that a scan sees are marked, and a square around the robot is cut out."""
 
 from typing import Final
 
@@ -10,7 +10,7 @@ from slam.env.scan_fill import UNKNOWN, mark_scan, measure_seen
 from slam.pose import FloatArray
 
 UNIT: Final = float(1 << 32)
-"""Parts of a cell."""
+"""Fixed-point steps per cell."""
 
 
 @compiled_on_views
@@ -18,10 +18,10 @@ def mark_ranges(
     cells: NDArray[np.uint8], x: float, y: float, c: float, s: float, beams: FloatArray,
     scan: FloatArray, range_max: float, cell: float, whole_turn: bool, ends: FloatArray, echoes: NDArray[np.bool_],
 ) -> int:  # fmt: skip
-    """Mark what one scan shows, as ``OccupancyGrid.add_scan`` does; how many cells were unknown before.
+    """Mark the cells that one scan sees, as ``OccupancyGrid.add_scan`` does; return how many were unknown before.
 
-    x and y are the sensor's place, in cells, c and s are cosine and sine of the base's heading, ``beams`` (2, B) where
-    the beams point from there. ``scan`` (B,), ``ends`` (2, B) and ``echoes`` (B,) are overwritten.
+    x and y are the sensor's position, in cells; c and s are cosine and sine of the base's heading; ``beams`` (2, B) are
+    the unit vectors of the beams in the base frame. ``scan`` (B,), ``ends`` (2, B) and ``echoes`` (B,) are overwritten.
     """
     for j in range(len(scan)):
         echoes[j] = abs(scan[j]) < np.inf
@@ -37,7 +37,7 @@ def mark_ranges(
 def crop(cells: NDArray[np.uint8], x: float, y: float, c: float, s: float, square: NDArray[np.uint8]) -> None:
     """Cut out the square (n, n) around the place x, y, in cells, heading up: row 0 lies ahead, column 0 to the left.
 
-    It steps from cell to cell in 2^-32 of one, as whole numbers. The grey levels 0, 127 and 255 are those of
+    Positions are fixed-point numbers with 2^32 steps per cell. The grey levels 0, 127 and 255 are those of
     ``map_view``.
     """
     rows, columns = np.uint64(cells.shape[0]), np.uint64(cells.shape[1])
@@ -48,7 +48,7 @@ def crop(cells: NDArray[np.uint8], x: float, y: float, c: float, s: float, squar
         at_x = np.int64((x + c * ahead - s * middle) * UNIT)
         at_y = np.int64((y + s * ahead + c * middle) * UNIT)
         for column in range(len(line)):
-            i, k = np.uint64(at_y >> 32), np.uint64(at_x >> 32)  # below 0 they are large
+            i, k = np.uint64(at_y >> 32), np.uint64(at_x >> 32)  # a negative index becomes a large one
             what = cells[i, k] if (i < rows) & (k < columns) else np.uint8(UNKNOWN)
             line[column] = 127 * what + (what >> 1)
             at_x, at_y = at_x + step_x, at_y + step_y

@@ -1,4 +1,4 @@
-"""The lidars of a batch, compiled: the beams of a turn, what they meet, and what the robot's view shows of it."""
+"""The lidars of a batch, compiled: the beams of a turn, their ranges, and the robot's view of them."""
 
 from math import cos, sin
 from typing import Any, NamedTuple
@@ -19,18 +19,18 @@ class Turn(NamedTuple):
     """One turn of a lidar."""
 
     bearings: FloatArray
-    """(B,): of its beams, base frame ..."""
+    """Bearings of the beams (B,), base frame."""
     beams: FloatArray
-    """... and their unit vectors (2, B)."""
+    """Unit vectors of the beams (2, B)."""
     begin: float
-    """Bearing of its first beam from that of the description."""
+    """Bearing of the first beam, relative to that of the description."""
     increment: float
     """Seconds from beam to beam."""
 
 
 @compiled_on_views
 def take_scan(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen, scratch: Scratch) -> Turn:
-    """Measure the ranges of one turn into the scratch, and show them in the fan of the lidar's description."""
+    """Measure the ranges of one turn into the scratch arrays, and write them in the fan of the lidar's description."""
     base, w = robots.base[i], robots.world[i]
     turn = _next_turn(w, worlds, timing, base, scratch)
     count = len(turn.bearings)
@@ -55,14 +55,14 @@ def take_scan(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen
 
 @compiled_on_views
 def _shown(reading: float, range_max: float) -> float:
-    """A range as the view has it: nan and inf read range_max, what is too close 0."""
+    """Convert a range for the view: nan and inf become range_max, a too close one 0."""
     near = 0.0 if reading < 0.0 else reading
     return near if near < np.inf else range_max
 
 
 @compiled_on_views
 def _next_turn(w: int, worlds: Worlds, timing: Timing, base: Any, scratch: Scratch) -> Turn:
-    """Draw the beams of the next turn: ``SimulatedLidar._turn``."""
+    """Draw the beams of the next turn, as ``SimulatedLidar._turn`` does."""
     if not timing.beams_vary:
         return Turn(worlds.bearings[w], worlds.beams[w], 0.0, worlds.sensors[w].increment)
     nominal, vary, drawn = worlds.bearings.shape[1], timing.beams_vary, scratch.numbers[:2]
@@ -82,7 +82,7 @@ def _next_turn(w: int, worlds: Worlds, timing: Timing, base: Any, scratch: Scrat
 
 @compiled_on_views
 def _cast(w: int, worlds: Worlds, timing: Timing, turn: Turn, ranges: FloatArray, scratch: Scratch) -> None:
-    """Find the distance along each beam; inf where nothing is in reach."""
+    """Find the distance along each beam; inf if nothing is in range."""
     rays = scratch.rays[: 5 * len(ranges)].reshape((5, len(ranges)))
     rows = timing.controls_in_sweep + 1
     fire_beams(scratch.path[:rows], timing.period, worlds.mounts[w], turn.bearings, turn.beams, turn.increment, rays)

@@ -1,4 +1,4 @@
-"""Readings of a lidar from true ranges, as ``sim/lidar_noise.py`` makes them, from a robot's own random numbers."""
+"""Readings of a lidar from true ranges, as in ``sim/lidar_noise.py``, with a robot's own random numbers."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from slam.pose import FloatArray
 
 @compiled_on_views
 def disturb(ranges: FloatArray, sensor: Any, timing: Timing, time: float, base: Any, numbers: FloatArray) -> None:
-    """Turn ranges (B,) into readings, with noise, drop-outs, limits and steps; ``time`` seconds after the start.
+    """Turn ranges (B,) into readings with noise, drop-outs, limits and rounding; ``time`` seconds after the start.
 
     ``numbers`` (3, B) is overwritten.
     """

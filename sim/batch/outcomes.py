@@ -1,4 +1,4 @@
-"""Rewards, ends and ``info`` of a batch, from what its robots saw and got in a step."""
+"""Rewards, ends and ``info`` of a batch, from the results of a step."""
 
 from typing import Any, Final
 
@@ -23,7 +23,7 @@ def reward_terms(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_]) -> di
 
 
 def endings(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_], lost: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Number in ENDINGS of the first end of ``end_on`` that has come, (N,)."""
+    """Index in ENDINGS of the first end of ``end_on`` that is true, (N,)."""
     come = {"collision": seen.collided | seen.stalled, "goal": seen.arrived, "lost": lost}
     ending = np.zeros(len(begins), np.int64)
     for name in reversed(config.end_on):
@@ -35,9 +35,9 @@ def batch_info(
     of: NDArray[np.bool_], robots: Robots, seen: Seen, timing: Timing,
     terms: dict[str, FloatArray], ending: NDArray[np.int64], slam: dict[str, NDArray[Any]],
 ) -> dict[str, Any]:  # fmt: skip
-    """Make the ``info`` of these robots: copies of arrays of all, and beside each, under ``_key``, whose it is.
+    """Make the ``info`` of these robots: copied arrays of all robots, each with a mask of the robots it is valid for.
 
-    ``slam`` has the keys that SLAM adds.
+    The masks are named ``_key``, as in gymnasium. ``slam`` has the keys that SLAM adds.
     """
     info: dict[str, Any] = {
         "T_map_base": seen.pose.copy(),

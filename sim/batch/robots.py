@@ -1,4 +1,4 @@
-"""N robots, and what they see and get in a step, as arrays. SI units, radians."""
+"""State, views and rewards of N robots, as arrays. SI units, radians."""
 
 from typing import Any, NamedTuple
 
@@ -12,29 +12,29 @@ from slam.pose import FloatArray
 
 
 class Robots(NamedTuple):
-    """N robots, each in an episode of its own."""
+    """State of N robots, each in its own episode."""
 
     base: NDArray[Any]
-    """(N,) of BASE."""
+    """(N,): the records BASE of the robots."""
     world: NDArray[np.int64]
     walked: FloatArray
-    """(N, P, 2): what each person has walked, and the rest left ..."""
+    """(N, P, 2): metres that each person has walked, and the remaining rest, seconds."""
     people: FloatArray
-    """... where they are (N, P, 2) ..."""
+    """(N, P, 2): positions of the people."""
     legs: FloatArray
-    """... and their legs (N, P, 2, 2)."""
+    """(N, P, 2, 2): positions of their legs."""
     waypoint: NDArray[np.int64]
-    """(N,): number of the next way-point."""
+    """(N,): index of the next way-point."""
     left: FloatArray
-    """(N,): metres of the route that are left."""
+    """(N,): remaining length of the route, metres."""
     turns: NDArray[np.int64]
-    """(N,): turns of the lidar in this episode."""
+    """(N,): turns of the lidar since the episode began."""
     cells: NDArray[np.uint8]
-    """(N, rows, columns): occupancy grids, large enough for every world; (N, 0, 0) where nothing needs them."""
+    """(N, rows, columns): occupancy grids, large enough for every world; (N, 0, 0) if nothing needs them."""
 
 
 class Seen(NamedTuple):
-    """Views and rewards of N robots in one step; a view that is not asked for has no rows."""
+    """Views and rewards of N robots in one step; a view that is not requested has no rows."""
 
     scan: NDArray[np.float32]
     """(N, B): ranges; ``range_max`` without an echo, 0 where something is too close."""
@@ -52,38 +52,38 @@ class Seen(NamedTuple):
     stalled: NDArray[np.bool_]
     arrived: NDArray[np.bool_]
     late: NDArray[np.bool_]
-    """(N,): no time is left."""
+    """(N,): True if the time is over."""
     applied: FloatArray
     """(N, 2): the command within the limits."""
     ranges: FloatArray
-    """(N, B): as the lidar measured them, for SLAM; (0, B) without it ..."""
+    """(N, B): ranges as the lidar measured them, for SLAM; (0, B) without SLAM."""
     turns: FloatArray
-    """... and (N, 2): beams of this turn, and the bearing of its first one from that of the description."""
+    """(N, 2): beams of this turn, and the bearing of the first one relative to the description."""
 
 
 class Scratch(NamedTuple):
-    """Arrays that one thread writes over for each of its robots."""
+    """Scratch arrays of one thread, which all of its robots use in turn."""
 
     rays: FloatArray
-    """(5 B,): of B beams at most ..."""
+    """(5 B,): rays of up to B beams."""
     ranges: FloatArray
-    """(B,): ... what they measure ..."""
+    """(B,): ranges of the beams."""
     numbers: FloatArray
-    """(3 B,): ... random numbers for that ..."""
+    """(3 B,): random numbers for the ranges."""
     bearings: FloatArray
-    """(B,): ... and where they point, if that varies ..."""
+    """(B,): bearings of the beams, if they vary."""
     beams: FloatArray
-    """(2 B,): ... as unit vectors too."""
+    """(2 B,): unit vectors of the beams, if they vary."""
     path: FloatArray
-    """(S, 3): where the base was before and after each control step ..."""
+    """(S, 3): poses of the base before and after each control step."""
     legs: FloatArray
-    """... and the legs (S, 2 P, 2)."""
+    """(S, 2 P, 2): positions of the legs at the same times."""
     echoes: NDArray[np.bool_]
     """(B,)."""
 
 
 def make_robots(count: int, worlds: Worlds, with_grids: bool) -> Robots:
-    """Make so many robots, which are nowhere yet."""
+    """Make the state of ``count`` robots, which have no position yet."""
     rows, columns = worlds.grids.max(axis=0) if with_grids else (0, 0)
     people = worlds.crowd.starts.shape[1]
     return Robots(
@@ -105,7 +105,7 @@ def make_scratch(worlds: Worlds, timing: Timing) -> Scratch:
 
 
 def make_seen(count: int, worlds: Worlds, timing: Timing, views: tuple[str, ...], map_cells: int) -> Seen:
-    """Make fresh arrays for so many robots; the view ``ranges`` is what SLAM needs."""
+    """Make new arrays for ``count`` robots; the view ``ranges`` is the input of SLAM."""
     rows = {name: count if name in views else 0 for name in ("odometry", "goal", "map", "ranges")}
     beams = worlds.bearings.shape[1]
     collided, stalled, arrived, late = np.zeros((4, count), np.bool_)

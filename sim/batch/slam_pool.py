@@ -1,6 +1,5 @@
-"""SLAM for the robots of a batch, in processes of their own: each robot has the episode that it would have alone."""
+"""SLAM for the robots of a batch, in separate processes; the results are those of single robots."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -23,25 +22,26 @@ from slam.run.warm_up import warm_up
 from slam.scan import LaserScan
 from slam.scenario.schema import Scenario
 from slam.sweep.process_pool import ONE_THREAD, environment, main_module_hidden
+from slam.system import leave_terminal
 
 Arrays = dict[str, NDArray[Any]]
 
 
 class ScanOfRobot(NamedTuple):
-    """The scan and odometry that one robot gave in one step."""
+    """Scan and odometry of one robot in one step."""
 
     robot: int
     world: int
     seed: int | None
-    """Seed of the episode that begins; None in one that goes on."""
+    """Seed of the new episode; None within an episode."""
     scan: LaserScan
     odometry: Odometry
     T_map_base: Pose2D
-    """The truth."""
+    """True pose ``T_map_base``."""
 
 
 class Estimated(NamedTuple):
-    """The estimate of SLAM after one scan."""
+    """Estimate of SLAM after one scan."""
 
     robot: int
     views: Arrays
@@ -50,13 +50,13 @@ class Estimated(NamedTuple):
 
 @dataclass(frozen=True)
 class SlamTask:
-    """The scenarios of a batch, and what their robots need SLAM for."""
+    """Scenarios of a batch, and the reasons why its robots need SLAM."""
 
     config: EnvConfig
     scenarios: Sequence[Scenario]
 
     def take(self, episodes: dict[int, Episode], told: ScanOfRobot) -> Estimated:
-        """Go on with the episode of this robot, or begin one."""
+        """Update the SLAM of this robot, or begin its episode."""
         observation = Observation(told.scan, told.odometry, told.T_map_base)
         if told.seed is None:
             episodes[told.robot].update(observation)
@@ -71,11 +71,11 @@ class SlamTask:
 
 
 class SlamPool(Closing):
-    """So many processes, among which the robots are dealt out."""
+    """Processes that run SLAM; each has a share of the robots."""
 
     def __init__(self, processes: int, task: SlamTask) -> None:
         warm_up(Terminal(stderr=True), task.scenarios[0].slam)
-        self._pipes: list[Connection] = []
+        self._pipes: list[Any] = []  # of a class that depends on the system
         self._processes = []
         context = get_context("spawn")
         for _ in range(processes):
@@ -88,7 +88,7 @@ class SlamPool(Closing):
             self._processes.append(process)
 
     def estimate(self, scans: Sequence[ScanOfRobot]) -> list[Estimated]:
-        """Let SLAM take these scans."""
+        """Run SLAM on these scans."""
         count = len(self._pipes)
         shares = [[told for told in scans if told.robot % count == k] for k in range(count)]
         try:
@@ -96,7 +96,7 @@ class SlamPool(Closing):
                 pipe.send(share)
             answers = [pipe.recv() for pipe in self._pipes]
         except (EOFError, OSError) as error:
-            raise RobotError("a process that ran SLAM for the batch has ended; make the environment anew") from error
+            raise RobotError("a process that ran SLAM for the batch has ended; make a new environment") from error
         for answer in answers:
             if isinstance(answer, HopslamError):
                 raise answer
@@ -112,7 +112,7 @@ class SlamPool(Closing):
 
 def _serve(pipe: Connection, task: SlamTask) -> None:
     """Run the episodes of some robots until the pipe is closed."""
-    os.setsid()  # Ctrl-C is for the program that made the batch
+    leave_terminal()
     episodes: dict[int, Episode] = {}
     while True:
         try:
@@ -122,4 +122,4 @@ def _serve(pipe: Connection, task: SlamTask) -> None:
         try:
             pipe.send([task.take(episodes, told) for told in scans])
         except HopslamError as error:
-            pipe.send(error)  # for the environment to raise; any other ends this process
+            pipe.send(error)  # for the environment to raise; any other error ends this process

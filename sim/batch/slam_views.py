@@ -1,4 +1,4 @@
-"""SLAM's views for the robots of a batch, and its part of ``info`` and of the ends, as arrays of all robots."""
+"""SLAM's views for the robots of a batch, with its keys of ``info`` and its ends, as arrays of all robots."""
 
 from collections.abc import Iterator, Sequence
 
@@ -28,14 +28,14 @@ class SlamViews(Closing):
         self.info: Arrays = {}
 
     def update(self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], robots: Robots, seen: Seen) -> None:
-        """Let SLAM take what these robots saw in this step."""
+        """Run SLAM on the scans of these robots in this step."""
         answers = self._pool.estimate(list(self._told(begins, goes_on, robots, seen)))
         self.views = _updated(self.views, len(begins), answers, "views")
         self.info = _updated(self.info, len(begins), answers, "info")
 
     @property
     def lost(self) -> NDArray[np.bool_]:
-        """The robots whose SLAM says that it is lost, or is so far off that it counts as lost."""
+        """Mask of the robots whose SLAM is lost: it reports that itself, or its error exceeds ``lost_beyond``."""
         return np.asarray(self.info["slam_lost"] | (self.info["slam_error"] > self._lost_beyond))
 
     def close(self) -> None:
@@ -60,7 +60,7 @@ class SlamViews(Closing):
 
 
 def _updated(before: Arrays, count: int, answers: Sequence[Estimated], part: str) -> Arrays:
-    """Copy the arrays of all robots, with the rows of those that answered."""
+    """Copy the arrays of all robots, and write the rows of those that SLAM has answered for."""
     after = {key: rows.copy() for key, rows in before.items()}
     for answer in answers:
         row: Arrays = getattr(answer, part)

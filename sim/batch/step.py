@@ -1,4 +1,4 @@
-"""One step of many robots, compiled: drive until the next scan, take it, and look how far the route is done."""
+"""One step of many robots, compiled: drive until the next scan, take it, and update the progress on the route."""
 
 from math import atan2, cos, hypot, sin
 from typing import Any
@@ -21,7 +21,7 @@ from slam.pose import FloatArray
 
 @compiled
 def begin_streams(base: NDArray[Any], seeds: NDArray[np.uint64], chosen: NDArray[np.bool_]) -> None:
-    """Begin the streams of random numbers of the chosen robots."""
+    """Start the random streams of the chosen robots."""
     for i in range(len(base)):
         if chosen[i]:
             base[i].stream = stream_of(seeds[i])
@@ -32,9 +32,9 @@ def step_robots(
     first: int, stop: int, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], commands: FloatArray,
     worlds: Worlds, timing: Timing, polar: bool, cell: float, robots: Robots, seen: Seen,
 ) -> None:  # fmt: skip
-    """Let the robots ``first`` to ``stop`` begin an episode, or go on with theirs until the next scan.
+    """Let the robots ``first`` to ``stop`` begin an episode, or continue theirs until the next scan.
 
-    ``commands`` (N, 2) are v and omega. Nothing here depends on another robot.
+    ``commands`` (N, 2) are v and omega. No robot depends on another one here.
     """
     scratch = make_scratch(worlds, timing)
     for i in range(first, stop):
@@ -59,7 +59,7 @@ def _step(
 
 @compiled_on_views
 def _begin(i: int, worlds: Worlds, robots: Robots) -> None:
-    """Put a robot down at the start of a world that its random numbers choose."""
+    """Put a robot at the start of a world that its random numbers choose."""
     base = robots.base[i]
     stream = base.stream + GOLDEN
     w = int(mixed(stream) % np.uint64(len(worlds.starts)))
@@ -76,7 +76,10 @@ def _begin(i: int, worlds: Worlds, robots: Robots) -> None:
 
 @compiled_on_views
 def _observe(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen, scratch: Scratch) -> Turn:
-    """Let the time of one scan pass, and take it as ``SimRobot.observe`` does; its ranges are in the scratch."""
+    """Let the time of one scan pass, and take the scan as ``SimRobot.observe`` does.
+
+    Its ranges are in the scratch arrays.
+    """
     w, base = robots.world[i], robots.base[i]
     model = worlds.models[w]
     seen.applied[i, 0], seen.applied[i, 1] = base.target_v, base.target_omega
@@ -100,7 +103,7 @@ def _observe(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen,
 
 @compiled_on_views
 def _pass(i: int, controls: int, worlds: Worlds, robots: Robots, scratch: Scratch) -> None:
-    """Let so many control steps pass; the scratch has where the base and the legs were before and after each."""
+    """Run a number of control steps; the scratch arrays get the poses of base and legs before and after each."""
     w = robots.world[i]
     advance(
         robots.base[i], worlds.models[w], True, worlds.obstacles, worlds.crowd, w, robots.walked[i], robots.people[i],
@@ -110,7 +113,7 @@ def _pass(i: int, controls: int, worlds: Worlds, robots: Robots, scratch: Scratc
 
 @compiled_on_views
 def _follow_route(i: int, worlds: Worlds, robots: Robots, seen: Seen, begins: bool, polar: bool) -> None:
-    """Pass the way-points that are reached, as ``RouteProgress.advance`` does, and look where the next one is."""
+    """Pass the way-points that are reached, as ``RouteProgress.advance`` does, and locate the next one."""
     w, k = robots.world[i], robots.waypoint[i]
     x, y = seen.pose[i, 0], seen.pose[i, 1]
     left = 0.0
@@ -147,7 +150,7 @@ def _map(
     i: int, worlds: Worlds, timing: Timing, cell: float, robots: Robots, seen: Seen, begins: bool, turn: Turn,
     scratch: Scratch,
 ) -> None:  # fmt: skip
-    """Mark what the scan shows in the robot's grid, and cut out the square around it."""
+    """Mark the cells that the scan sees in the robot's grid, and cut out the square around the robot."""
     w = robots.world[i]
     x, y, theta = seen.pose[i, 0], seen.pose[i, 1], seen.pose[i, 2]
     mx, my = worlds.mounts[w, 0], worlds.mounts[w, 1]

@@ -29,7 +29,7 @@ _KINDS: Final[dict[NoiseName, int]] = {
 SENSOR: Final = np.dtype(
     [
         ("increment", "f8"),  # seconds from beam to beam
-        ("noise", "i4"), ("near", "f8"), ("near_range", "f8"), ("far", "f8"),  # a kind; sigma, and from where on far
+        ("noise", "i4"), ("near", "f8"), ("near_range", "f8"), ("far", "f8"),  # kind; standard deviations
         ("dropout", "f8"), ("reflectivity", "f8"), ("sees_legs", "i4"),
     ],
     align=True,
@@ -41,61 +41,61 @@ class Worlds(NamedTuple):
     """W worlds, each with the robot, the lidar and the route of its scenario."""
 
     walls: WallPlan
-    """Walls that the lidar sees ..."""
+    """Walls that the lidar sees."""
     obstacles: WallPlan
-    """... and what the robot can run into."""
+    """Walls that the robot can collide with."""
     crowd: Crowd
     models: NDArray[Any]
-    """(W,) of MODEL."""
+    """(W,): the records MODEL of the robots."""
     sensors: NDArray[Any]
-    """(W,) of SENSOR."""
+    """(W,): the records SENSOR of the lidars."""
     mounts: FloatArray
     """(W, 2): x, y of the lidar on the base."""
     bearings: FloatArray
-    """(W, B): of the beams, base frame ..."""
+    """(W, B): bearings of the beams, base frame."""
     beams: FloatArray
-    """... and their unit vectors (W, 2, B)."""
+    """(W, 2, B): unit vectors of the beams."""
     starts: FloatArray
-    """(W, 3)."""
+    """(W, 3): start poses."""
     waypoints: FloatArray
-    """(W, K, 2): K or fewer."""
+    """(W, K, 2): way-points, K or fewer."""
     waypoint_counts: NDArray[np.int64]
     after: FloatArray
-    """(W, K): length of the route from each way-point on."""
+    """(W, K): length of the rest of the route from each way-point."""
     arrival: FloatArray
-    """(W,)."""
+    """(W,): distance at which a way-point counts as reached, metres."""
     last_turn: NDArray[np.int64]
     """(W,): turns of the lidar after which an episode is truncated."""
     low: FloatArray
-    """(W, 2): lower corner of the occupancy grid, metres ..."""
+    """(W, 2): lower corner of the occupancy grid, metres."""
     grids: NDArray[np.int64]
-    """... and its rows and columns (W, 2)."""
+    """(W, 2): rows and columns of the occupancy grid."""
 
 
 class Timing(NamedTuple):
-    """The lidar and the clock that all worlds of a batch share."""
+    """Lidar and clock, the same for all worlds of a batch."""
 
     range_min: float
     range_max: float
     resolution: float
     reach: float
-    """Farthest range that noise may bring within ``range_max``."""
+    """Longest true range that noise may shorten to ``range_max``."""
     step: float
     """Radians from beam to beam."""
     beams_vary: int
-    """Beams by which a turn may have more or fewer; such a lidar sees all around."""
+    """Number of beams by which a turn may differ; only lidars with a full turn vary."""
     whole_turn: bool
     scan_time: float
     controls_before: int
-    """Control steps from one scan to the first beam of the next ..."""
+    """Control steps from one scan to the first beam of the next."""
     controls_in_sweep: int
-    """... and while its beams fire."""
+    """Control steps while the beams fire."""
     period: float
-    """Seconds of a control step."""
+    """Seconds per control step."""
 
 
 def timing_of(scenario: Scenario) -> Timing:
-    """Take the lidar and the clock of a scenario."""
+    """Make them from a scenario."""
     model, clock = scenario.lidar.description, scenario.clock
     lidar = model.lidar
     reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))
@@ -107,7 +107,7 @@ def timing_of(scenario: Scenario) -> Timing:
 
 
 def worlds_of(scenarios: Sequence[Scenario], config: EnvConfig) -> Worlds:
-    """Make the arrays of these scenarios; ScenarioError where they differ in lidar or clock."""
+    """Make the arrays of these scenarios; ScenarioError if they differ in lidar or clock."""
     timing = timing_of(scenarios[0])
     if any(timing_of(scenario) != timing for scenario in scenarios):
         raise ScenarioError(f"{scenarios[0].name}: lidar.model, physics.rate and robot.control_rate cannot be random")
@@ -151,7 +151,7 @@ def _sensor(lidar: LidarConfig) -> tuple[float, ...]:
 
 
 def _route(scenario: Scenario) -> tuple[FloatArray, FloatArray]:
-    """Way-points (K, 2), and the length of the route from each on (K,)."""
+    """Return the way-points (K, 2), and the length of the rest of the route from each (K,)."""
     points = scenario.route.waypoints
     lengths = [hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(points)]
     after = np.append(np.cumsum(lengths[::-1])[::-1], 0.0) if points else np.empty(0)

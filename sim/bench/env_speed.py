@@ -1,7 +1,6 @@
 """Speed and memory of the learning environments: physics, the kinematic model alone, and batches of it."""
 
 from collections.abc import Callable, Sequence
-from os import sched_getaffinity
 from time import perf_counter, process_time, thread_time
 from typing import Any, Final
 
@@ -14,11 +13,12 @@ from sim.bench.speed import corridor
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.env.p3dx_env import P3DXEnv
+from slam.system import usable_cores
 
 ROUNDS: Final = 7
-"""The least of so many times counts."""
+"""Rounds of a measurement, of which the fastest counts."""
 SECONDS: Final = 0.5
-"""Length of a round."""
+"""Length of a round, seconds."""
 THREAD_ROUNDS: Final = 5
 WITH_SLAM: Final = (1, 16)
 SLAM_STEPS: Final = 50
@@ -35,9 +35,9 @@ def env_tables(
     peer: bool = False,
     with_slam: Sequence[int] = WITH_SLAM,
 ) -> list[ResultTable]:
-    """Steps a second on one core of every path, on several threads, with SLAM, and the memory of a robot.
+    """Measure the steps per second of every environment on one core, on several threads and with SLAM, and the memory.
 
-    With ``peer`` ir-sim runs beside them; ``with_slam`` are numbers of robots.
+    With ``peer`` ir-sim is measured too; ``with_slam`` are numbers of robots.
     """
     parts: list[Callable[[], ResultTable]] = [
         lambda: _paths(sizes, seconds, peer),
@@ -74,8 +74,8 @@ def _views(size: int, seconds: float) -> ResultTable:
 
 
 def _threads(size: int, seconds: float) -> ResultTable:
-    """Measure numbers of threads in turn, so that what else runs meanwhile meets all of them."""
-    counts = [n for n in (1, 2, 4, 8) if n <= min(len(sched_getaffinity(0)), size)]
+    """Measure several numbers of threads in turn, so that other load on the machine affects all of them alike."""
+    counts = [n for n in (1, 2, 4, 8) if n <= min(usable_cores(), size)]
     rounds = [[_thread_times(_batch(size, threads=n), size, seconds) for n in counts] for _ in range(THREAD_ROUNDS)]
     best = [min(of_count) for of_count in zip(*rounds, strict=True)]
     rows = [
@@ -102,12 +102,15 @@ def _slam(sizes: Sequence[int]) -> ResultTable:
         taken = (perf_counter() - began) / SLAM_STEPS / size
         envs.close()
         rows.append((str(size), f"{1.0 / taken:.0f}", f"{1e3 * taken:.2f}"))
-    notes = f"By the clock on the wall, on {len(sched_getaffinity(0))} cores, each with a process of its own."
+    notes = f"By the clock on the wall, on {usable_cores()} cores, each with a process of its own."
     return ResultTable("A batch with SLAM", ("robots", "steps/s", "ms\na step"), rows, notes)
 
 
 def _thread_times(envs: Any, size: int, seconds: float) -> tuple[float, float, float]:
-    """Seconds on the wall, of all threads and of this one in one step of all robots; the environment is closed."""
+    """Return the wall time, the CPU time of all threads and of this thread for one step of all robots.
+
+    It closes the environment.
+    """
     actions = np.tile(ACTION, (size, 1))
     envs.reset(seed=0)
     envs.step(actions)
@@ -126,7 +129,7 @@ def _speed(envs: Any, size: int, seconds: float) -> tuple[str, str]:
 
 
 def _seconds_a_step(envs: Any, size: int, seconds: float, clock: Callable[[], float]) -> float:
-    """Seconds of this clock in one step of all robots; the environment is closed."""
+    """Return the seconds of this clock for one step of all robots; closes the environment."""
     actions = np.tile(ACTION, (size, 1)) if isinstance(envs, VectorEnv) else ACTION
     envs.reset(seed=0)
     envs.step(actions)

@@ -1,17 +1,16 @@
 """Growth of memory over a long life of a process."""
 
-import resource
-import sys
 from dataclasses import dataclass
 
 from sim.robot import SimRobot
 from slam.odometry import Twist2D
 from slam.scenario.schema import Scenario
+from slam.system import peak_memory
 
 
 @dataclass(frozen=True, slots=True)
 class MemoryGrowth:
-    """Megabytes by which the most memory that this process ever held has grown on the way."""
+    """Growth of the process's peak memory during a measurement, megabytes."""
 
     resets: int
     steps: int
@@ -20,16 +19,10 @@ class MemoryGrowth:
     of_many_robots: float
 
 
-def peak_memory() -> float:
-    """Most memory that this process ever held, megabytes."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1e6 if sys.platform == "darwin" else 1e3)  # macOS counts bytes, Linux kB
-
-
 def memory_growth(scenario: Scenario, resets: int, scans_each: int, robots: int) -> MemoryGrowth:
-    """One robot restarted and driven again and again, then so many robots made, driven for a scan and closed.
+    """Measure the memory of one robot restarted and driven many times, and of many robots made and closed.
 
-    The first hundredth of each is not counted: caches fill.
+    The first hundredth of each is not counted, as caches fill.
     """
     with SimRobot(scenario, 0) as robot:
         for seed in range(resets):
@@ -39,10 +32,11 @@ def memory_growth(scenario: Scenario, resets: int, scans_each: int, robots: int)
             for _ in range(scans_each):
                 robot.drive(Twist2D(0.5, 0.1))
                 robot.observe()
-    one = peak_memory() - begun
+    one = 1e-6 * (peak_memory() - begun)
     for seed in range(robots):
         if seed == robots // 100:
             begun = peak_memory()
         with SimRobot(scenario, seed) as robot:
             robot.observe()
-    return MemoryGrowth(resets, resets * scans_each * scenario.clock.steps_per_scan, robots, one, peak_memory() - begun)
+    many = 1e-6 * (peak_memory() - begun)
+    return MemoryGrowth(resets, resets * scans_each * scenario.clock.steps_per_scan, robots, one, many)

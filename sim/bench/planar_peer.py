@@ -1,4 +1,4 @@
-"""ir-sim, another simulator of robots in the plane, in the same world and with as many beams: a yardstick of speed."""
+"""ir-sim, another planar robot simulator, in the same world with the same number of beams, as a reference for speed."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,13 +12,13 @@ from slam.scenario.schema import Scenario
 
 
 class PlanarPeer:
-    """One robot in ir-sim, which is stepped like an environment."""
+    """One robot in ir-sim with the interface of an environment."""
 
     def __init__(self, scenario: Scenario) -> None:
         irsim = import_optional("irsim", "bench")
         with TemporaryDirectory(prefix="hopslam-") as folder:
             path = Path(folder) / "world.yaml"
-            path.write_text(yaml.safe_dump(_world(scenario)))
+            path.write_text(yaml.safe_dump(_world(scenario)), encoding="utf-8")
             self._env = irsim.make(str(path), headless=True, log_level="ERROR", seed=0)
 
     def reset(self, seed: int) -> None:
@@ -31,12 +31,12 @@ class PlanarPeer:
         return self._env.get_lidar_scan()["ranges"]
 
     def close(self) -> None:
-        """Let the world go."""
+        """Close the world."""
         self._env.end()
 
 
 def _world(scenario: Scenario) -> dict[str, Any]:
-    """Describe the walls and the lidar of a scenario as ir-sim does: a disk, a fan ahead, Gaussian noise of 1 cm."""
+    """Describe the walls and the lidar of a scenario for ir-sim: a disk, a fan ahead, Gaussian noise of 1 cm."""
     outlines = scenario.world.outlines(scenario.lidar.height)
     low, high = np.min([o.min(axis=0) for o in outlines], axis=0), np.max([o.max(axis=0) for o in outlines], axis=0)
     width, height = (high - low + 2.0).tolist()

@@ -4,20 +4,21 @@ from collections.abc import Callable
 from math import degrees
 from typing import Final
 
-from sim.bench.memory import memory_growth, peak_memory
+from sim.bench.memory import memory_growth
 from sim.bench.speed import corridor, env_steps_per_second, reset_times, speed_of
 from sim.bench.stall_drives import CASES, drive, scene, sill, sill_outcome
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
+from slam.system import peak_memory
 
 SILLS: Final = range(5, 41)
 """Heights of the sills, millimetres."""
 
 
 def sim_tables(long: bool, console: Terminal) -> list[ResultTable]:
-    """Tables of the simulator's speed, resets, vector environment and contacts.
+    """Make the tables of the simulator's speed, resets, vector environment and contacts.
 
-    With ``long`` also the memory over a long life.
+    ``long`` adds the memory of many resets and steps.
     """
     parts: list[Callable[[], ResultTable]] = [_speeds, _resets, _vector, _blocked, _sills]
     if long:
@@ -39,7 +40,7 @@ def _speeds() -> ResultTable:
     notes = (
         f"A corridor with 40 boxes, 682 beams, rolling, noise of the paper, 10 scans and 240 physics steps a second; "
         f"CPU time. The engine's calls are those that the robot makes, made again alone; for exact, the compiled "
-        f"caster is one of them. Most memory held: {peak_memory():.0f} MB."
+        f"caster is one of them. Most memory held: {1e-6 * peak_memory():.0f} MB."
     )
     columns = ("caster", "engine alone\nus a scan", "whole\nus a scan", "of which\nours", "simulated s\nper CPU s")
     return ResultTable("Speed of the simulator", columns, rows, notes)

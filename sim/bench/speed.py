@@ -1,7 +1,7 @@
-"""Speed of the simulator, and PyBullet's own share of it: its calls are recorded, and made again alone.
+"""Speed of the simulator, and PyBullet's own share of it: its calls are recorded, and repeated alone.
 
-They are made again in the world in which the whole is timed: two worlds that are the same differ by up to 5 % in speed,
-by where their memory lies.
+They are repeated in the world in which the whole is timed: two equal worlds differ by up to 5 % in speed, because their
+memory lies elsewhere.
 """
 
 from collections.abc import Callable, Iterator
@@ -29,27 +29,27 @@ SEED = 0
 SCANS = 60
 ROUNDS = 40
 STEPS = 300
-"""Steps of every environment, beside the first ones, which are not counted."""
+"""Steps of every environment, without the first ones, which are not counted."""
 Tape = list[Callable[[], Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """CPU seconds a scan: of the ``engine`` calls alone, and of the ``whole`` of drive and observe."""
+    """CPU seconds per scan: of the ``engine`` calls alone, and of the ``whole`` of drive and observe."""
 
     engine: float
     whole: float
 
     @property
     def ours(self) -> float:
-        """Share of the whole that is not the engine's."""
+        """Share of the whole that is spent outside the engine."""
         return 1.0 - self.engine / self.whole
 
 
 def corridor(caster: Literal["bullet", "exact"]) -> Scenario:
-    """Corridor of 35 m by 4 m with 40 boxes, in which the speed is measured.
+    """Make a corridor of 35 m by 4 m with 40 boxes, in which the speed is measured.
 
-    682 beams, rolling, with the noise of the paper; 10 scans and 240 physics steps a second.
+    682 beams, rolling, with the noise of the paper; 10 scans and 240 physics steps per second.
     """
     rng = np.random.default_rng(SEED)
     boxes = [
@@ -67,14 +67,14 @@ def corridor(caster: Literal["bullet", "exact"]) -> Scenario:
 
 
 def one_scan(robot: SimRobot, k: int) -> None:
-    """Drive one scan of a winding way along the corridor."""
+    """Drive one scan of a winding path along the corridor."""
     robot.drive(Twist2D(0.5, 0.3 * sin(0.2 * k)))
     robot.observe()
 
 
 @contextmanager
 def recording(tape: Tape) -> Iterator[None]:
-    """Robots made meanwhile note on the tape the calls that they make of PyBullet, and of the compiled caster."""
+    """Record the calls of PyBullet and of the compiled ray caster that the robots of this block make."""
     real_prepared, real_cast = Bullet.prepared, ExactCaster.cast
 
     def prepared(self: Bullet, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Callable[[], Any]:
@@ -95,7 +95,7 @@ def recording(tape: Tape) -> Iterator[None]:
 
 
 def speed_of(scenario: Scenario) -> Speed:
-    """The least of ROUNDS times of every scan, and of its calls alone, taken in turn."""
+    """Return the fastest of ROUNDS times of every scan, and of its calls alone, measured in turn."""
     tape: Tape = []
     engine, whole = np.empty((2, ROUNDS, SCANS))
     with recording(tape), SimRobot(scenario, 0) as noted:
@@ -110,27 +110,27 @@ def speed_of(scenario: Scenario) -> Speed:
 
 
 def _calls_of(tape: Tape, function: Callable[[], object]) -> Tape:
-    """The calls that this one makes."""
+    """Return the recorded calls of this robot."""
     tape.clear()
     function()
     return tape.copy()
 
 
 def cpu_seconds(function: Callable[[], object]) -> float:
-    """CPU seconds of this process in one call."""
+    """Return the CPU seconds of this process for one call."""
     began = process_time()
     function()
     return process_time() - began
 
 
 def _play(tape: Tape) -> None:
-    """Make the recorded calls, without hopslam."""
+    """Repeat the recorded calls, without hopslam."""
     for call in tape:
         call()
 
 
 def reset_times(scenario: Scenario) -> tuple[float, float]:
-    """Median CPU seconds of a restart in the same world, and of a new robot in a new world."""
+    """Return the median CPU seconds of a restart in the same world, and of a new robot in a new world."""
     with SimRobot(scenario, 0) as robot:
         same = [cpu_seconds(partial(robot.restart, seed)) for seed in range(200)]
 
@@ -142,7 +142,7 @@ def reset_times(scenario: Scenario) -> tuple[float, float]:
 
 
 def env_steps_per_second(scenario: Scenario, processes: int) -> float:
-    """Steps of all environments together, by the clock on the wall."""
+    """Return the steps per second of all environments together, in wall time."""
     envs = gymnasium.vector.AsyncVectorEnv([partial(P3DXEnv, scenario, reward="none")] * processes)
     try:
         envs.reset(seed=0)

@@ -1,4 +1,4 @@
-"""A base that cannot go on: driven against people, walls and sills for seconds on end."""
+"""Drives of a blocked base: against people, walls and sills for several seconds."""
 
 from dataclasses import dataclass
 from math import cos, radians, sin
@@ -13,36 +13,36 @@ from slam.scenario.schema import Scenario
 
 FORWARD: Final = Twist2D(0.3)
 AT_REST: Final = 2e-3
-"""A base that moves less than this from scan to scan stands: metres, and radians times 0.2 m."""
+"""A base that moves less than this from scan to scan is at rest: metres, and radians times 0.2 m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """The record of one command that was held: a row for each scan."""
+    """Record of one command that was held: a row for each scan."""
 
     seconds: FloatArray
     truth: FloatArray
     """(S, 3): x, y, theta of ``T_map_base``; metres, radians."""
     odometry: FloatArray
-    """(S, 3): the same of ``T_odom_base``."""
+    """(S, 3): x, y, theta of ``T_odom_base``; metres, radians."""
     stalled: FloatArray
     """(S,): 1 where the motors were cut."""
 
     @property
     def stood_at(self) -> float:
-        """Seconds until the base stood for good."""
+        """Seconds until the base came to rest for good."""
         steps = np.diff(self.truth, axis=0)
         moved = np.flatnonzero(np.hypot(steps[:, 0], steps[:, 1]) + 0.2 * np.abs(wrap_angles(steps[:, 2])) > AT_REST)
         return float(self.seconds[moved[-1] + 1 if len(moved) else 0])
 
     @property
     def stalled_at(self) -> float:
-        """Seconds until the first scan that tells of a stall; nan without one."""
+        """Seconds until the first scan that reports a stall; nan without one."""
         return float(self.seconds[np.argmax(self.stalled)]) if self.stalled.any() else float("nan")
 
     @property
     def odometry_after_stall(self) -> tuple[float, float]:
-        """Farthest way and turn of the odometry from the first stall on: metres, radians; nan without a stall."""
+        """Largest distance and turn of the odometry since the first stall: metres, radians; nan without a stall."""
         if not self.stalled.any():
             return float("nan"), float("nan")
         after = self.odometry[np.argmax(self.stalled) :]
@@ -51,7 +51,7 @@ class Drive:
 
 
 def scene(world: dict[str, Any], **parts: Any) -> Scenario:
-    """A scenario with this world, odometry that is not rounded, and a lidar with few beams."""
+    """Make a scenario with this world, odometry without rounding, and a lidar with few beams."""
     robot = {"odometry": {"firmware_units": False}} | parts.pop("robot", {})
     lidar = {"model": "table1", "noise": "none"}
     return Scenario.model_validate(
@@ -60,18 +60,18 @@ def scene(world: dict[str, Any], **parts: Any) -> Scenario:
 
 
 def wall(angle: float, at: float = 1.0, length: float = 4.0) -> dict[str, Any]:
-    """A world with one wall through (``at``, 0), whose normal is turned ``angle`` radians from the x axis."""
+    """Make a world with one wall through (``at``, 0), whose normal is turned ``angle`` radians from the x axis."""
     dx, dy = -sin(angle) * length / 2.0, cos(angle) * length / 2.0
     return {"walls": [{"points": [[at - dx, -dy], [at + dx, dy]]}]}
 
 
 def sill(height: float, at: float = 0.6, **box: Any) -> dict[str, Any]:
-    """A world with one sill across the x axis, ``height`` metres high."""
+    """Make a world with one sill across the x axis, ``height`` metres high."""
     return {"boxes": [{"center": [at, 0.0], "size": [0.1, 4.0, height]} | box]}
 
 
 def drive(scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 13.0, seed: int = 0) -> Drive:
-    """Hold the command for so many seconds, and record each scan."""
+    """Hold the command for ``seconds``, and record each scan."""
     rows = []
     with SimRobot(scenario, seed) as robot:
         for _ in range(round(10.0 * seconds)):
@@ -89,7 +89,10 @@ def drive(scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 13.0,
 def sill_outcome(
     scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 5.0
 ) -> Literal["over", "stopped", "hung"]:
-    """Drive at a sill: ``over`` goes on at its speed to the end, ``stopped`` stands and says so, else ``hung``."""
+    """Drive at a sill, and return ``over``, ``stopped`` or ``hung``.
+
+    ``over``: the robot keeps its speed; ``stopped``: it stops and reports a stall; ``hung``: anything else.
+    """
     driven = drive(scenario, command, seconds)
     speed = 10.0 * np.hypot(*(driven.truth[-1, :2] - driven.truth[-2, :2]))
     if not driven.stalled.any() and abs(speed - abs(command.linear)) < 0.02:

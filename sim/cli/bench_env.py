@@ -6,11 +6,13 @@ import typer
 
 
 def bench_env(
-    peer: Annotated[bool, typer.Option("--peer", help="Also ir-sim, in the same world with as many beams.")] = False,
+    peer: Annotated[
+        bool, typer.Option("--peer", help="Also measure ir-sim, in the same world with the same number of beams.")
+    ] = False,
 ) -> None:
-    """Measure the learning environments: steps a second of every path, threads, and the memory of a robot.
+    """Measure the learning environments: steps per second of every kind, threads, and the memory of a robot.
 
-    The paths are physics, the kinematic model, and batches of it with each view, on one core.
+    The kinds are physics, the kinematic model, and batches of it with each view, on one core.
 
     [bold]Examples[/bold]
 

@@ -7,12 +7,12 @@ import typer
 
 def bench_sim(
     long: Annotated[
-        bool, typer.Option("--long", help="Also 10,000 resets and a million steps: some minutes, for the memory.")
+        bool, typer.Option("--long", help="Also measure memory over 10,000 resets and a million steps; takes minutes.")
     ] = False,
 ) -> None:
-    """Measure the simulator: speed beside PyBullet's calls alone, resets, two processes against one, and contacts.
+    """Measure the simulator: speed compared with PyBullet's calls alone, resets, two processes, and contacts.
 
-    Contacts: what walls, people and sills do to a robot that is pushed against them.
+    The contacts are those of a robot that drives against walls, people and sills.
 
     [bold]Examples[/bold]
 

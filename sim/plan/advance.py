@@ -16,11 +16,11 @@ def advance(
     base: Any, model: Any, ramps: bool, obstacles: WallPlan, crowd: Crowd, world: int,
     walked: FloatArray, positions: FloatArray, legs: FloatArray, path: FloatArray, legs_path: FloatArray,
 ) -> None:  # fmt: skip
-    """Let S - 1 control steps pass in this world, and write where robot and legs are before and after each.
+    """Run S - 1 control steps in this world, and write the poses of robot and legs before and after each.
 
-    ``path`` (S, 3) has x, y, theta of the base, ``legs_path`` (S, 2 P, 2) the legs. Of P people, ``walked`` (P, 2) has
-    the metres walked and the rest left, ``positions`` (P, 2) and ``legs`` (P, 2, 2) where they are. Without ``ramps``
-    the setpoint stays as it is.
+    ``path`` (S, 3) gets x, y, theta of the base, ``legs_path`` (S, 2 P, 2) the legs. For P people, ``walked`` (P, 2)
+    are the metres walked and the remaining rest, ``positions`` (P, 2) and ``legs`` (P, 2, 2) their positions. Without
+    ``ramps`` the setpoint does not change.
     """
     seconds = model.substeps * model.substep
     standing = legs.reshape((2 * len(legs), 2))
@@ -39,7 +39,7 @@ def advance(
 def walk(
     base: Any, crowd: Crowd, world: int, seconds: float, walked: FloatArray, positions: FloatArray, legs: FloatArray
 ) -> None:
-    """Let the people of this world walk, who look out for the robot."""
+    """Let the people of this world walk; they watch out for the robot."""
     if len(walked) == 0:
         return
     walk_all(

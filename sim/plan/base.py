@@ -20,12 +20,12 @@ from slam.compiled import compiled_on_views, wrapped
 from slam.pose import FloatArray
 
 HALVINGS: Final = 5
-"""Halvings of a control step that ends in a wall, so that the robot stops within 1/32 of it before the wall."""
+"""Halvings of a control step that ends in a wall: the robot stops within 1/32 of the step before the wall."""
 
 
 @compiled_on_views
 def put_down(base: Any, x: float, y: float, theta: float, stream: np.uint64) -> None:
-    """Let the robot stand here, as if just switched on."""
+    """Place the robot at a pose, as if just switched on."""
     switch_on(base)
     base.x, base.y, base.theta, base.stream = x, y, theta, stream
     base.collided = base.pressed = 0
@@ -33,10 +33,10 @@ def put_down(base: Any, x: float, y: float, theta: float, stream: np.uint64) -> 
 
 @compiled_on_views
 def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArray, radii: FloatArray) -> None:
-    """Let one control step pass with the motors at the setpoint, then read the encoders and reckon.
+    """Run one control step with the motors at the setpoint, then read the encoders and update the odometry.
 
-    A motion that would end deeper in a wall or a leg than it begins is made in part; the wheels stand for the rest, or
-    spin where the floor is too slippery to stall them.
+    A motion that would end deeper in a wall or a leg than it begins is made in part; for the rest of the step the
+    wheels are at rest, or spin if the floor is too slippery to stall them.
     """
     left, right = wheel_speeds(base, model)
     way_left, way_right = _roll(base, model, WHEEL_RADIUS * left, WHEEL_RADIUS * right)
@@ -53,7 +53,7 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
 
 @compiled_on_views
 def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, float]:
-    """Let the motors bring the rims to these speeds, physics step by physics step; metres that they want to roll."""
+    """Let the motors approach these rim speeds over the physics steps; return the metres that the rims roll."""
     force = (MOTOR_TORQUE if base.cut_for == 0 else DRAG_TORQUE) / WHEEL_RADIUS
     stands = base.v == 0.0 and base.omega == 0.0
     give = 0.0 if stands else give_of(base.theta, model.substep)  # PyBullet's creeps where it stands, 1 um/s
@@ -69,7 +69,7 @@ def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, floa
 
 @compiled_on_views
 def arc(x: float, y: float, theta: float, ahead: float, turn: float) -> tuple[float, float, float]:
-    """Pose after so many metres along an arc of so many radians: ``Twist2D.motion``."""
+    """Return the pose after an arc of ``metres`` and ``radians``: ``Twist2D.motion``."""
     half = 0.5 * turn
     chord = ahead * (sin(half) / half if abs(half) > 1e-8 else 1.0)
     return x + chord * cos(theta + half), y + chord * sin(theta + half), wrapped(theta + turn)
@@ -80,7 +80,7 @@ def _drive(
     base: Any, model: Any, left: float, right: float,
     obstacles: WallPlan, world: int, legs: FloatArray, radii: FloatArray,
 ) -> float:  # fmt: skip
-    """Move as far as nothing is in the way, and note what the outline then touches; the share that was moved."""
+    """Move until something is in the way, and record the bumper contacts there; return the share of the motion made."""
     cell = cell_near(obstacles, world, base.x, base.y, 0.0)
     x, y, theta = _moved(base, model, left, right)
     found = deepest_overlap(x, y, theta, obstacles, cell, legs, radii)
@@ -106,7 +106,7 @@ def _drive(
 
 @compiled_on_views
 def _moved(base: Any, model: Any, left: float, right: float) -> tuple[float, float, float]:
-    """Pose after the wheels without error have rolled so many metres.
+    """Return the pose after the wheels without error have rolled these distances.
 
     As in PyBullet, each physics step moves along the heading at its start, half a step's turn behind the arc.
     """
@@ -118,7 +118,7 @@ def _moved(base: Any, model: Any, left: float, right: float) -> tuple[float, flo
 
 @compiled_on_views
 def _noise(base: Any, model: Any) -> Noise:
-    """Draw the numbers that the errors of the wheels need; 0 where there are none."""
+    """Draw the random numbers for the errors of the wheels; 0 without such errors."""
     left, right = (normal(base), normal(base)) if model.encoder_noise > 0.0 else (0.0, 0.0)
     left_slip, right_slip = (normal(base), normal(base)) if model.travel_noise > 0.0 else (0.0, 0.0)
     return left, right, left_slip, right_slip

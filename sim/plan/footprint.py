@@ -12,14 +12,14 @@ from slam.pose import FloatArray
 BOXES: Final = np.array([[-0.0175, 0.2275, 0.1905], [-0.2725, 0.0275, 0.15]])
 """Body and rear bumper of p3dx.urdf: middle ahead of the axle, half the length, half the width."""
 RADIUS: Final = 0.34
-"""No point of the outline is farther than this from the middle of the axle."""
+"""Radius of the circle around the middle of the axle that contains the outline, metres."""
 
 
 class Overlap(NamedTuple):
-    """Depth by which the outline and what stands there are in each other."""
+    """Overlap of the outline and an obstacle."""
 
     depth: float
-    """Metres; negative where they do not touch: how far they are apart, at most."""
+    """Depth, metres; if negative, an upper bound of the distance between them."""
     x: float
     """The deepest point, base frame."""
     y: float
@@ -29,7 +29,7 @@ class Overlap(NamedTuple):
 def deepest_overlap(
     x: float, y: float, theta: float, plan: WallPlan, cell: int, legs: FloatArray, radii: FloatArray
 ) -> Overlap:
-    """Find the deepest overlap with the walls of this cell and with legs (L, 2) of the robot that stands here."""
+    """Find the deepest overlap of the robot's outline with the walls of this cell and with legs (L, 2)."""
     c, s = cos(theta), sin(theta)
     deepest = Overlap(-inf, 0.0, 0.0)
     for at in range(plan.first[cell], plan.first[cell + 1]):
@@ -61,8 +61,8 @@ def deepest_overlap(
 def wall_overlap(x: float, y: float, ux: float, uy: float, half_x: float, half_y: float) -> Overlap:
     """Find the point of the wall from (x, y) to (x + ux, y + uy) that is deepest in a box around the origin.
 
-    The depth min(half_x - |x|, half_y - |y|) is concave along the wall, and linear but where one of its parts takes
-    over from another: it is largest at an end or there.
+    The depth min(half_x - |x|, half_y - |y|) is concave and piecewise linear along the wall: its maximum lies at an end
+    or at a change between pieces.
     """
     found = _deeper(Overlap(-inf, 0.0, 0.0), 0.0, x, y, ux, uy, half_x, half_y)
     found = _deeper(found, 1.0, x, y, ux, uy, half_x, half_y)
@@ -79,7 +79,7 @@ def wall_overlap(x: float, y: float, ux: float, uy: float, half_x: float, half_y
 def _deeper(
     found: Overlap, share: float, x: float, y: float, ux: float, uy: float, half_x: float, half_y: float
 ) -> Overlap:
-    """The point at this share of the wall, if it is on the wall and deeper than the one that was found."""
+    """Return the point at this share of the wall, if it is on the wall and deeper than ``best``."""
     if not 0.0 <= share <= 1.0:
         return found
     px, py = x + share * ux, y + share * uy
@@ -89,7 +89,7 @@ def _deeper(
 
 @compiled_on_views
 def _distance(x: float, y: float, half_x: float, half_y: float) -> float:
-    """Distance of a point from a box around the origin; negative inside."""
+    """Return the distance of a point from a box around the origin; negative inside."""
     out_x, out_y = abs(x) - half_x, abs(y) - half_y
     if out_x <= 0.0 and out_y <= 0.0:
         return max(out_x, out_y)

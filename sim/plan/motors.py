@@ -1,4 +1,4 @@
-"""The two motors of the P3-DX, which turn its wheels as fast as told within their torque. SI units.
+"""The two motors of the P3-DX, which turn its wheels at the commanded speeds within their torque. SI units.
 
 The centre of mass is d behind the axle, m is the mass, I the inertia about the middle of the axle, b the track. Rims
 that push with F_l and F_r give
@@ -13,27 +13,27 @@ from sim.wheels import TRACK, WHEEL_RADIUS
 from slam.compiled import compiled_on_views
 
 MASS: Final = 9.0
-"""kg, of p3dx.urdf like all here."""
+"""Mass of the robot, kg; like all values here from p3dx.urdf."""
 MOMENT: Final = 6.8 * 0.06 + 0.2 * 0.211
-"""m d, kg m: of body and caster."""
+"""m d, kg m: body and caster."""
 INERTIA: Final = (0.1996 + 6.8 * 0.06**2) + 2.0 * (0.00249 + 1.0 * 0.165**2) + (0.0001 + 0.2 * 0.211**2)
-"""I, kg m^2: of body, wheels and caster."""
+"""I, kg m^2: body, wheels and caster."""
 OWN: Final = MASS / 4.0 + INERTIA / TRACK**2 + 0.00475 / WHEEL_RADIUS**2
-"""Force at a rim for the acceleration of that rim, kg; the last part turns the wheel itself ..."""
+"""Force at a rim per acceleration of that rim, kg; the last term accelerates the wheel itself."""
 CROSS: Final = MASS / 4.0 - INERTIA / TRACK**2
-"""... and for that of the other rim."""
+"""Force at a rim per acceleration of the other rim, kg."""
 
 GIVE: Final = 2.64e-4
-"""Speed that PyBullet's solver leaves missing at a rim, m/s for each N s of its motor's push; measured, as is ..."""
+"""Rim speed that PyBullet's solver misses for each N s with which the motor pushes, m/s; measured."""
 LOAD: Final = 0.5
-"""... the push, N, that each motor makes besides."""
+"""Push that each motor makes besides, for the solver, N; measured."""
 
 
 @compiled_on_views
 def give_of(theta: float, seconds: float) -> float:
-    """Speed missing at a rim, m/s for each N with which its motor pushes for so many seconds, at this heading.
+    """Rim speed that PyBullet's solver misses at this heading for each N of push during ``seconds``, m/s.
 
-    The solver splits friction along the axes of the map: most is missing where the robot heads along one of them, and
+    The solver splits friction along the axes of the map: it misses most where the robot heads along one of them, and
     nothing halfway between two.
     """
     return GIVE * seconds * (1.0 + cos(4.0 * theta))
@@ -43,9 +43,9 @@ def give_of(theta: float, seconds: float) -> float:
 def rims_after(
     left: float, right: float, left_target: float, right_target: float, seconds: float, force: float, give: float
 ) -> tuple[float, float]:
-    """Rim speeds after ``seconds`` in which each motor reaches its target, or pushes with ``force`` at most.
+    """Return the rim speeds after ``seconds``; each motor reaches its target, or pushes with ``force`` at most.
 
-    ``give`` is that of ``give_of``, for a motor that is not at its limit.
+    A motor that is not at its limit misses its target by ``give`` (``give_of``) for each N of its push.
     """
     pull_left, pull_right = _pulls_of_turning(left, right)
     a, b = (left_target - left) / seconds, (right_target - right) / seconds
@@ -64,13 +64,13 @@ def rims_after(
 
 @compiled_on_views
 def _missing(push: float, force: float, give: float) -> float:
-    """Speed that the solver leaves missing at the rim of a motor that pushes so; at its limit nothing."""
+    """Return the rim speed that the solver misses where the motor pushes so; none at the limit ``force``."""
     return give * (push + LOAD) if abs(push) < 0.999 * force else 0.0
 
 
 @compiled_on_views
 def _pulls_of_turning(left: float, right: float) -> tuple[float, float]:
-    """Forces at the rims that keep their speeds while the robot turns."""
+    """Return the forces at the rims that keep their speeds while the robot turns."""
     v, omega = 0.5 * (left + right), (right - left) / TRACK
     ahead, turn = 0.5 * MOMENT * omega * omega, MOMENT * v * omega / TRACK
     return ahead + turn, ahead - turn
@@ -78,7 +78,7 @@ def _pulls_of_turning(left: float, right: float) -> tuple[float, float]:
 
 @compiled_on_views
 def _limited(push: float, other: float, bias: float, other_bias: float, force: float) -> tuple[float, float]:
-    """Accelerations of a rim whose motor pushes as it can, and of the other, which shall be ``other``."""
+    """Return the accelerations of a rim whose motor is at its limit, and of the other, which is ``other``."""
     push = min(max(push, -force), force)
     a = (push - bias - CROSS * other) / OWN
     other_push = CROSS * a + OWN * other + other_bias

@@ -29,12 +29,12 @@ class PlanWorld:
         self._prisms = prisms
 
     def caster(self, name: CasterName, height: float, reach: float) -> RayCaster:
-        """Make an exact caster, whatever the name: there is no mesh."""
+        """Make an exact ray caster, whatever the name: there is no mesh."""
         return ExactCaster(self._prisms, height, reach)
 
 
 class PlanRobot(RobotInWorld):
-    """Nothing here can be pushed: a robot that runs into something stops, and stalls while it tries to go on."""
+    """A robot in the plan; it cannot push anything: it stops at an obstacle, and stalls while it tries to move on."""
 
     def __init__(self, scenario: Scenario, robot: RobotConfig, rate: int) -> None:
         prisms = scenario.world.prisms()

@@ -1,1 +1,1 @@
-"""Benchmarks against the paper, the truth and other methods: one report a command of ``hopslam bench``."""
+"""Benchmarks against the paper, the truth and other methods: one report per command of ``hopslam bench``."""

@@ -19,23 +19,23 @@ LIDAR: Final = Lidar(
     angle_min=-pi / 2.0, angle_increment=pi / 360.0, beams=361, range_min=0.05, range_max=20.0, scan_time=1.0
 )
 RANGE_SIGMA: Final = 0.02
-"""Standard deviation of the ranges, metres ..."""
+"""Standard deviation of the ranges, metres."""
 RESOLUTION: Final = 0.01
-"""... and their step."""
+"""Resolution of the ranges, metres."""
 DROPOUT: Final = 0.002
 """Share of the beams without echo."""
 TRAVEL_SCALE: Final = 0.01
-"""Odometry: standard deviation of the scale of the way, the same all the time, ..."""
+"""Odometry: standard deviation of the constant scale error of the distance."""
 TRAVEL_SIGMA: Final = 0.02
-"""... of the way, metres after one metre, ..."""
+"""Odometry: standard deviation of the distance after one metre, metres."""
 TURN_SIGMA: Final = 0.02
-"""... of the share by which turns are wrong, ..."""
+"""Odometry: standard deviation of the relative error of turns."""
 HEADING_SIGMA: Final = np.radians(2.0)
-"""... and of the heading, radians after one metre."""
+"""Odometry: standard deviation of the heading after one metre, radians."""
 _FINE: Final = 0.05
-"""Step in which the path is smoothed, metres ..."""
+"""Step in which the path is smoothed, metres."""
 _ROUNDED: Final = 3.0
-"""... and the length over which it is."""
+"""Length over which the path is smoothed, metres."""
 
 
 def block_log(seed: int, scans: int = SCANS) -> Log:
@@ -62,10 +62,10 @@ def block_log(seed: int, scans: int = SCANS) -> Log:
 
 def smooth_poses(path: FloatArray, step: float) -> FloatArray:
     """Poses (M, 3) along a path (N, 2) with rounded corners, heading along it, about ``step`` metres apart."""
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-    at = np.arange(0.0, way[-1], _FINE)
+    distances = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    at = np.arange(0.0, distances[-1], _FINE)
     window = np.full(round(_ROUNDED / _FINE), _FINE / _ROUNDED)
-    x, y = (np.convolve(np.interp(at, way, column), window, "valid") for column in path.T)
+    x, y = (np.convolve(np.interp(at, distances, column), window, "valid") for column in path.T)
     rounded = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
     heading = np.unwrap(np.arctan2(np.gradient(y), np.gradient(x)))
     where = np.arange(0.0, rounded[-1], step)
@@ -73,7 +73,7 @@ def smooth_poses(path: FloatArray, step: float) -> FloatArray:
 
 
 def noisy_odometry(truth: FloatArray, random: np.random.Generator) -> FloatArray:
-    """Wheel odometry (N, 3) of these poses (N, 3), from the origin on, whose errors grow with the way and the turns."""
+    """Return wheel odometry (N, 3) of these poses (N, 3), from the origin; its errors grow with distance and turns."""
     scale = 1.0 + TRAVEL_SCALE * random.standard_normal()
     pose = Pose2D()
     poses = [pose]
@@ -92,9 +92,9 @@ def noisy_odometry(truth: FloatArray, random: np.random.Generator) -> FloatArray
 def cast_walls(
     walls: FloatArray, poses: FloatArray, angle_min: float, angle_increment: float, beams: int
 ) -> FloatArray:
-    """Metres (N, beams) from each pose (N, 3) of the sensor to the first of the walls (W, 2, 2); inf for none.
+    """Return the metres (N, beams) from each pose (N, 3) of the sensor to the first of the walls (W, 2, 2).
 
-    Each wall is drawn onto the beams between the bearings of its ends, as onto a picture of one row.
+    Inf for none. Each wall is drawn onto the beams between the bearings of its ends, like a one-row image.
     """
     ranges = np.full((len(poses), beams), np.inf)
     for n in range(len(poses)):
@@ -106,7 +106,7 @@ def cast_walls(
             bx, by = c * dx + s * dy, c * dy - s * dx
             cross = ax * by - ay * bx
             if cross == 0.0:
-                continue  # seen on edge
+                continue  # the wall points at the sensor
             if cross < 0.0:
                 ax, ay, bx, by, cross = bx, by, ax, ay, -cross
             begin = atan2(ay, ax)
@@ -122,7 +122,7 @@ def cast_walls(
 
 
 def _measured(distances: FloatArray, random: np.random.Generator) -> FloatArray:
-    """Ranges that the lidar reports of these distances."""
+    """Turn these distances into the ranges that the lidar reports."""
     ranges = distances + RANGE_SIGMA * random.standard_normal(distances.shape)
     ranges = np.round(ranges / RESOLUTION) * RESOLUTION
     lost = (ranges > LIDAR.range_max) | (random.random(distances.shape) < DROPOUT)

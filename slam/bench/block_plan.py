@@ -15,7 +15,7 @@ _BLOCKS: Final = (5, 4)
 _BLOCK: Final = (12.0, 50.0)
 """Least and largest side of a block, metres."""
 _SHIFT: Final = 2.5
-"""Each crossing is shifted by up to this each way, metres: few corridors are parallel."""
+"""Largest shift of a crossing in x and in y, metres, so that few corridors are parallel."""
 _CORRIDOR: Final = (2.0, 4.5)
 """Least and largest width of a corridor, metres."""
 _WALL: Final = 0.15
@@ -24,27 +24,27 @@ _DOOR: Final = 0.9
 """Width of a door, metres."""
 _KINDS: Final = ("recess", "bay", "room")
 _LENGTHS: Final = {"recess": (0.9, 1.3), "bay": (1.5, 5.0), "room": (2.0, 5.0)}
-"""Least and largest length along the corridor, metres ..."""
+"""Least and largest length of a room along the corridor, metres."""
 _DEPTHS: Final = {"recess": (0.1, 0.4), "bay": (0.5, 3.0), "room": (2.0, 4.5)}
-"""... and depth behind its wall."""
+"""Least and largest depth of a room behind the corridor's wall, metres."""
 _BETWEEN: Final = (0.4, 4.0)
-"""Least and largest length of plain wall between two of them, metres."""
+"""Least and largest length of plain wall between two rooms, metres."""
 
 Node = tuple[int, int]
-"""Numbers of the corridors along y and along x that cross there."""
+"""A crossing: indices of the corridors along y and along x that meet there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockPlan:
-    """Walls, and the middle lines of the corridors between the blocks."""
+    """Walls, and the centre lines of the corridors between the blocks."""
 
     walls: FloatArray
     """(W, 2, 2): start and end, metres."""
     crossings: FloatArray
-    """(NX, NY, 2): where the corridors cross."""
+    """(NX, NY, 2): positions of the crossings."""
 
     def neighbours(self, node: Node) -> list[Node]:
-        """List the crossings that a corridor leads to without another between."""
+        """Return the crossings that a corridor connects to this one without another between."""
         i, k = node
         around = [(i - 1, k), (i + 1, k), (i, k - 1), (i, k + 1)]
         columns, rows, _ = self.crossings.shape
@@ -63,7 +63,10 @@ def make_block_plan(random: np.random.Generator) -> BlockPlan:
 
 
 def walk(plan: BlockPlan, length: float, random: np.random.Generator) -> FloatArray:
-    """Walk at least ``length`` metres from crossing to crossing, (N, 2): where it was least, never straight back."""
+    """Walk at least ``length`` metres from crossing to crossing, (N, 2), by the least used corridors.
+
+    It never turns straight back.
+    """
     path: list[Node] = [(0, 0)]
     walked: Counter[frozenset[Node]] = Counter()
     left = length
@@ -79,7 +82,7 @@ def walk(plan: BlockPlan, length: float, random: np.random.Generator) -> FloatAr
 
 
 def _corridors(blocks: int, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Draw the middles and half the widths (blocks + 1,) of the corridors that lie one beside the other, metres."""
+    """Draw the middles and half the widths (blocks + 1,) of parallel corridors, metres."""
     widths, gaps = random.uniform(*_CORRIDOR, blocks + 1), random.uniform(*_BLOCK, blocks)
     steps = gaps + (widths[:-1] + widths[1:]) / 2.0
     return np.concatenate([[0.0], np.cumsum(steps)]), widths / 2.0
@@ -93,7 +96,7 @@ def _insides(crossings: FloatArray, halves: FloatArray) -> Iterator[FloatArray]:
 
 
 def _outside(crossings: FloatArray, halves: FloatArray) -> FloatArray:
-    """Outline (N, 2) of the wall around all, clockwise: a corner beside every crossing of the outer corridors."""
+    """Return the outline (N, 2) of the outer wall, clockwise; it has a corner beside every outer crossing."""
     (columns, rows), corners = np.add(_BLOCKS, 1), []
     ring = [
         *((0, k) for k in range(rows - 1)), *((i, rows - 1) for i in range(columns - 1)),
@@ -106,10 +109,10 @@ def _outside(crossings: FloatArray, halves: FloatArray) -> FloatArray:
 
 
 def _side(begin: FloatArray, end: FloatArray, random: np.random.Generator) -> FloatArray:
-    """The walls (W, 2, 2) from one corner to the next, with what lies behind them, to the left."""
-    way = end - begin
-    length = float(np.hypot(*way))
-    T_map_side = Pose2D(float(begin[0]), float(begin[1]), float(np.arctan2(way[1], way[0])))
+    """Return the walls (W, 2, 2) from one corner to the next, with the rooms behind them, to the left."""
+    vector = end - begin
+    length = float(np.hypot(*vector))
+    T_map_side = Pose2D(float(begin[0]), float(begin[1]), float(np.arctan2(vector[1], vector[0])))
     outline = [(0.0, 0.0)]
     x = random.uniform(*_BETWEEN)
     while True:

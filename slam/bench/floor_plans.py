@@ -1,4 +1,4 @@
-"""Floor plans of four families for the line bench, and where beams meet walls: corridor, clutter, office, room.
+"""Floor plans of four families for the line benchmark, with beam casting: corridor, clutter, office, room.
 
 A plan is an array of walls (W, 2, 2), each [[x0, y0], [x1, y1]] in metres. The sensor stands at the origin, and two
 walls that touch are never parts of one straight line.
@@ -15,7 +15,7 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.solids import rectangle
 
-CLEARANCE: Final = 0.45  # nothing stands nearer to the sensor than this, metres
+CLEARANCE: Final = 0.45  # metres around the sensor that are free
 
 
 def corridor(random: np.random.Generator) -> FloatArray:
@@ -28,7 +28,7 @@ def corridor(random: np.random.Generator) -> FloatArray:
 
 
 def room(random: np.random.Generator) -> FloatArray:
-    """A plain room: four walls, one of them aslant in every other room, and a corner cut off in every third."""
+    """A plain room: four walls, one of them oblique in every other room, and a corner cut off in every third."""
     length, width = random.uniform(3.0, 6.5), random.uniform(3.0, 5.0)
     corners = rectangle((0.0, 0.0), length, width, 0.0)
     corners[2, 0] -= random.choice([0.0, random.uniform(0.2, 0.5)])
@@ -64,10 +64,13 @@ FAMILIES: Final[dict[str, Callable[[np.random.Generator], FloatArray]]] = {
 def cast_beams(
     walls: FloatArray, T_map_laser: Pose2D, bearings: NDArray[np.floating[Any]]
 ) -> tuple[FloatArray, IntArray]:
-    """Metres to the first of the walls (W, 2, 2) along each beam (N,), inf for none, and which wall it is."""
+    """Return the distance to the first of the walls (W, 2, 2) along each beam (N,), and the wall's index.
+
+    Metres, inf for none.
+    """
     beams = unit_vectors(bearings + T_map_laser.theta)[:, None]
     start, along = walls[None, :, 0] - T_map_laser.translation, (walls[:, 1] - walls[:, 0])[None]
-    with np.errstate(divide="ignore", invalid="ignore"):  # a beam parallel to a wall hits nothing
+    with np.errstate(divide="ignore", invalid="ignore"):  # a beam parallel to a wall does not hit it
         facing = _cross(beams, along)
         distance, share = _cross(start, along) / facing, _cross(start, beams) / facing
         hit = (distance > 0) & (share >= 0) & (share <= 1)
@@ -77,7 +80,7 @@ def cast_beams(
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Z of the cross product over the last axis."""
+    """Return the z component of the cross product over the last axis."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
@@ -99,7 +102,7 @@ def _nearly_square(random: np.random.Generator) -> float:
 def _box(
     random: np.random.Generator, lengths: tuple[float, float], widths: tuple[float, float], yaw: float
 ) -> FloatArray:
-    """A box somewhere around the sensor, at least CLEARANCE away, its sides drawn from these intervals."""
+    """Return a box around the sensor, at least CLEARANCE away, with sides drawn from these intervals."""
     length, width = random.uniform(*lengths), random.uniform(*widths)
     nearest = CLEARANCE + np.hypot(length, width) / 2
     bearing, distance = random.uniform(-np.pi, np.pi), random.uniform(nearest, nearest + 2.0)
@@ -108,5 +111,5 @@ def _box(
 
 
 def _outline(corners: FloatArray) -> FloatArray:
-    """The walls of the closed polygon with these corners (N, 2)."""
+    """Return the walls of the closed polygon with these corners (N, 2)."""
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)

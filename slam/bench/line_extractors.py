@@ -29,9 +29,9 @@ class LineExtractor:
 
 OURS: Final = "ours"
 SHORT: Final = 10
-"""Scans from which noise is learnt, a second of them ..."""
+"""Scans from which noise is learnt: one second."""
 LONG: Final = 50
-"""... and more of them."""
+"""Scans from which noise is learnt: a longer time."""
 
 
 TUNED: Final = {
@@ -49,13 +49,13 @@ TUNED: Final = {
         ProbabilisticHough(cell=0.1, min_length=0.5),
     ),
 }
-"""The best settings found on TUNING_SEEDS, by coordinate search for F1, at each level of noise."""
+"""Best settings found on TUNING_SEEDS, by coordinate search for F1, at each level of noise."""
 
 
 def compared_extractors(ours: LineExtractor, noise_level: str = "spec/3") -> tuple[LineExtractor, ...]:
-    """Extractors that are compared: the paper's, this project's, and three of the field.
+    """Return the compared extractors: the paper's, this project's, and three others.
 
-    The paper's is as printed, and tuned; split-and-merge, scikit-image's RANSAC and OpenCV's HoughLinesP are tuned.
+    The paper's runs as printed and tuned; split-and-merge, scikit-image's RANSAC and OpenCV's HoughLinesP are tuned.
     """
     hopping, split_and_merge, ransac, hough = TUNED[noise_level]
     return (
@@ -75,12 +75,12 @@ def ours_learning(config: ChiSquareConfig) -> LineExtractor:
 
 
 def ours_of_noise(share: float, name: str = OURS) -> LineExtractor:
-    """This project's extractor for range noise that is this share of the bound that the URG-04LX's maker gives."""
+    """This project's extractor for range noise of this share of the maker's bound for the URG-04LX."""
     return _ours_told(name, noise_of_sensor("urg04lx", 1.0 / share))
 
 
 def ours_by_knowledge(noise_level: str) -> tuple[LineExtractor, ...]:
-    """This project's extractor by what it knows of the noise: nothing, too little, too much, or what it has learnt."""
+    """Return this project's extractor with noise that is unknown, too small, too large, or learnt."""
     share = NOISE_LEVELS[noise_level]
     unnamed = ChiSquareConfig()
     named = ChiSquareConfig(sensor="urg04lx", bound_sigmas=3.0 / share)
@@ -98,7 +98,7 @@ def _ours_told(name: str, noise: RangeNoise) -> LineExtractor:
 
 
 def _learnt(config: ChiSquareConfig, noise_level: str, scans: int) -> RangeNoise:
-    """The noise after so many scans of it, in other rooms than those that are scored."""
+    """Return the noise learnt from this number of scans, in rooms that are not scored."""
     noise = LearntNoise.start(config)
     for scan in islice(warm_up_scans(noise_level), scans):
         noise.observe(scan)
@@ -108,7 +108,7 @@ def _learnt(config: ChiSquareConfig, noise_level: str, scans: int) -> RangeNoise
 def extract_in_turn(
     extractors: Sequence[LineExtractor], scans: Sequence[LaserScan], advance: Callable[[], object]
 ) -> Iterator[tuple[int, int, Segments, float]]:
-    """Run the extractors in turn on each scan; gives the indices of both, the segments, and the seconds taken.
+    """Run the extractors in turn on each scan; yield the indices of both, the segments, and the seconds taken.
 
     ``advance`` is called after every scan.
     """

@@ -1,9 +1,9 @@
-"""Score of an extractor: how well its segments agree with the walls that a scan truly saw.
+"""Score of an extractor: agreement of its segments with the walls that a scan saw.
 
-A segment matches a wall when, projected onto the wall's line, intersection over union is at least 0.5, the directions
-differ by less than 10 degrees, and the line of the segment passes the middle of the wall nearer than 0.10 m. Matching
-is one to one, for the greatest sum of overlaps. A segment that matches no wall is false, unless half of it lies along a
-wall that is not required, nearer than 0.10 m to its middle.
+A segment matches a wall if their intersection over union along the wall's line is at least 0.5, their directions differ
+by less than 10 degrees, and the distance of the segment's line from the middle of the wall is below 0.10 m. Matching is
+one to one and maximises the sum of overlaps. A segment that matches no wall is false, unless half of it overlaps a wall
+that is not required and its line is within 0.10 m of that wall's middle.
 """
 
 from collections.abc import Sequence
@@ -35,12 +35,12 @@ class LineScore:
 
     @property
     def recall(self) -> float:
-        """Share of the required walls that were found: TP."""
+        """Share of the required walls that were found: the true positive rate."""
         return self.found / max(self.required, 1)
 
     @property
     def false_share(self) -> float:
-        """Share of the counted segments that are false: FP."""
+        """Share of the counted segments that are false."""
         return self.false / max(self.found + self.false, 1)
 
     @property
@@ -50,7 +50,7 @@ class LineScore:
 
 
 def score_lines(walls: VisibleWalls, segments: Segments) -> LineScore:
-    """Compare the segments of one scan (sensor frame; only rho, theta, start and end are used) with what it saw."""
+    """Score the segments of one scan, sensor frame; only rho, theta, start and end are used."""
     shared, together = _common_lengths(walls, segments)
     angle, offset = _angles_between(walls, segments), _offsets_between(walls, segments)
     near = (angle < MAX_ANGLE) & (offset < MAX_OFFSET)
@@ -71,7 +71,7 @@ def score_lines(walls: VisibleWalls, segments: Segments) -> LineScore:
 
 
 def total_score(scores: Sequence[LineScore]) -> LineScore:
-    """The score of many scans together."""
+    """Add up the scores of many scans."""
     columns = {field.name: [getattr(score, field.name) for score in scores] for field in fields(LineScore)}
     sums: dict[str, Any] = {
         name: np.concatenate(column) if isinstance(column[0], np.ndarray) else sum(column)
@@ -81,7 +81,7 @@ def total_score(scores: Sequence[LineScore]) -> LineScore:
 
 
 def _match(overlap: FloatArray) -> tuple[IntArray, IntArray]:
-    """Walls and their segments, one to one, where the overlap (W, M) reaches MIN_OVERLAP."""
+    """Assign walls to segments one to one, if their overlap (W, M) reaches MIN_OVERLAP."""
     overlap = np.where(overlap >= MIN_OVERLAP, overlap, 0.0)
     wall, segment = linear_sum_assignment(overlap, maximize=True)
     matched = overlap[wall, segment] > 0.0
@@ -89,7 +89,10 @@ def _match(overlap: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 def _common_lengths(walls: VisibleWalls, segments: Segments) -> tuple[FloatArray, FloatArray]:
-    """Metres that each segment and each wall share, projected onto the wall, and that they cover together; (W, M)."""
+    """Return the overlap of each segment and wall, projected onto the wall, and the length of their union, metres.
+
+    The arrays have shape (W, M).
+    """
     along = walls.end - walls.start
     along = along / np.maximum(walls.lengths, 1e-12)[:, None]
     begin = np.sum(walls.start * along, axis=1)
@@ -101,7 +104,7 @@ def _common_lengths(walls: VisibleWalls, segments: Segments) -> tuple[FloatArray
 
 
 def _angles_between(walls: VisibleWalls, segments: Segments) -> FloatArray:
-    """Angles between the lines, in [0, pi / 2], shape (W, M)."""
+    """Return the angles between the lines, in [0, pi / 2], shape (W, M)."""
     along = walls.end - walls.start
     direction = np.arctan2(along[:, 1], along[:, 0])
     apart = np.abs(direction[:, None] - segments.theta - np.pi / 2) % np.pi
@@ -109,13 +112,13 @@ def _angles_between(walls: VisibleWalls, segments: Segments) -> FloatArray:
 
 
 def _offsets_between(walls: VisibleWalls, segments: Segments) -> FloatArray:
-    """Distance of the middle of each wall from the line of each segment, metres, shape (W, M)."""
+    """Return the distance of the middle of each wall from the line of each segment, metres, shape (W, M)."""
     middle = (walls.start + walls.end) / 2
     return np.asarray(np.abs(middle @ segments.normals.T - segments.rho))
 
 
 def _end_distances(walls: VisibleWalls, segments: Segments, wall: IntArray, segment: IntArray) -> FloatArray:
-    """Distance from each end of these walls to the end of the segment matched to them, metres, shape (2 matches,)."""
+    """Return the distance of each end of these walls from the end of its segment, metres, shape (2 matches,)."""
     w = np.stack([walls.start[wall], walls.end[wall]])
     s = np.stack([segments.start[segment], segments.end[segment]])
     straight, crossed = np.linalg.norm(w - s, axis=2), np.linalg.norm(w - s[::-1], axis=2)

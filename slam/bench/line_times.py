@@ -1,4 +1,4 @@
-"""Time of line extraction beside the least that it could take: one pass that fills prefix sums."""
+"""Time of line extraction compared with a lower bound: one pass that fills prefix sums."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ ROUNDS: Final = 7
 
 
 def time_table(seeds: int) -> ResultTable:
-    """Time one call a scan, in turn with the pass of prefix sums; and many scans at once on one thread and on all."""
+    """Time one call per scan, in turn with the prefix sums; then many scans at once on one thread and on all."""
     found = [scene.scan for scene in scenes(HELD_OUT_SEEDS[:seeds], "spec/3")]
     points = [scan.points() for scan in found]
     ours, paper, noise = ChiSquareConfig(), HoppingConfig(psi=0, L_Th=8), noise_of_sensor("urg04lx", 3.0)
@@ -57,7 +57,7 @@ def _sums_of(scan: LaserScan) -> Callable[[], object]:
 
 
 def _times(calls: dict[str, Sequence[Callable[[], object]]]) -> dict[str, FloatArray]:
-    """Seconds of every call; the names in turn in every round, so that the machine's pace meets them alike."""
+    """Return the seconds of every call; the functions take turns, so that other load affects all of them alike."""
     for ready in calls.values():
         ready[0]()
     taken: dict[str, list[float]] = {name: [] for name in calls}

@@ -48,11 +48,11 @@ class _Comparison:
     method: str
     score: LineScore
     times: FloatArray
-    """Seconds a scan."""
+    """Seconds per scan."""
 
 
 def scene_tables(seeds: int, console: Terminal) -> list[ResultTable]:
-    """Tables of each level of noise, on the first so many held-out seeds of each family."""
+    """Make the tables of each level of noise, from the first ``seeds`` held-out seeds of each family."""
     used = HELD_OUT_SEEDS[:seeds]
     tables = []
     with console.progress() as bar:
@@ -67,7 +67,7 @@ def scene_tables(seeds: int, console: Terminal) -> list[ResultTable]:
 
 
 def log_tables(path: Path, console: Terminal, sensor: str | None = None) -> list[ResultTable]:
-    """Table of a recorded log; ours learns the noise, from that of the sensor of that name where one is given."""
+    """Make the table of a recorded log; this project's extractor learns the noise, starting from the named sensor's."""
     extractors = compared_extractors(ours_learning(chi_square_config(sensor)))
     log = read_log(path)
     console.print(log.report)
@@ -89,7 +89,7 @@ def _compare(
 
 
 def _table(noise_level: str, comparisons: Sequence[_Comparison], seeds: range) -> ResultTable:
-    """Table of one level of noise."""
+    """Make the table of one level of noise."""
     ours = next(float(np.median(row.times)) for row in comparisons if row.method == OURS)
     return ResultTable(
         f"Noise {noise_level}, {1000 * NOISE_LEVELS[noise_level] * URG04LX.near_accuracy:.1f} mm below 1 m; "

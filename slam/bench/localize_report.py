@@ -1,4 +1,4 @@
-"""``hopslam bench localize``: a run makes a map, then robots are set down in it, and moved without being told."""
+"""``hopslam bench localize``: a run makes a map, then robots are placed in it, and carried to another place."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ from slam.scenario.values import Place
 CLEARANCE: Final = 0.4
 """Metres around a start that are free."""
 MAX_FROM_ROUTE: Final = 1.0
-"""Metres from a start to the way that the mapping robot took, at most."""
+"""Largest distance of a start from the path of the mapping robot, metres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,34 +35,34 @@ class MappedWorld:
     scenario: Scenario
     map: SurfelMap
     truth: FloatArray
-    """``T_map_base`` of the run that mapped, (N, 3) ..."""
+    """True poses ``T_map_base`` of the mapping run, (N, 3)."""
     estimate: FloatArray
-    """... and as it was estimated."""
+    """Estimated poses of the mapping run, (N, 3)."""
 
     def in_map(self, T_map_base: Pose2D) -> Pose2D:
-        """Pose in the map of a true pose; the map is as wrong there as the run was when it came nearest."""
+        """Return the pose in the map of a true pose: the map has the error that the run had at its nearest pose."""
         k = int(np.argmin(np.hypot(*(self.truth[:, :2] - T_map_base.translation).T)))
         return Pose2D(*self.estimate[k].tolist()) @ Pose2D(*self.truth[k].tolist()).between(T_map_base)
 
 
 @dataclass(frozen=True, slots=True)
 class TrialResult:
-    """Result of setting a robot down at one place, or of moving it there."""
+    """Result of placing a robot, or of moving it to a new place."""
 
     right_after: float | None
-    """Seconds to the first scan since which it was sure and right, to the end; None where it was not at the end."""
+    """Seconds to the first scan from which it was sure and right until the end; None if it was not at the end."""
     wrong: int
-    """Scans in which it was sure, and wrong."""
+    """Number of scans in which it was sure, and wrong."""
     errors: tuple[float, ...]
-    """Metres from the true pose, of the scans since then ..."""
+    """Distances from the true pose since that scan, metres."""
     errors_in_map: tuple[float, ...]
-    """... and from where that lies in the map."""
+    """Distances from the true pose's place in the map since that scan, metres."""
     times: tuple[float, ...]
     """Seconds of wall time of every update."""
 
 
 def localization_table(scenario: Scenario, trials: int, seconds: float, seed: int, console: Terminal) -> ResultTable:
-    """Map the scenario's world, and set down and move so many robots in it."""
+    """Map the scenario's world, and place and move ``trials`` robots in it."""
     warm_up(console, scenario.slam, search=True)
     with console.waiting(f"mapping {scenario.name}"):
         world = map_world(scenario)
@@ -107,21 +107,21 @@ def map_world(scenario: Scenario) -> MappedWorld:
 
 def draw_start_poses(world: MappedWorld, random: np.random.Generator) -> Iterator[Pose2D]:
     """Draw free poses in the mapped part of the world."""
-    solids, way = obstacle_footprints(world.scenario.world.prisms()), world.truth[:, :2]
-    low, high = way.min(axis=0) - MAX_FROM_ROUTE, way.max(axis=0) + MAX_FROM_ROUTE
+    solids, path = obstacle_footprints(world.scenario.world.prisms()), world.truth[:, :2]
+    low, high = path.min(axis=0) - MAX_FROM_ROUTE, path.max(axis=0) + MAX_FROM_ROUTE
     while True:
         place = random.uniform(low, high)
         theta = float(random.uniform(-np.pi, np.pi))
-        if np.hypot(*(way - place).T).min() < MAX_FROM_ROUTE and clearance(place[np.newaxis], solids)[0] > CLEARANCE:
+        if np.hypot(*(path - place).T).min() < MAX_FROM_ROUTE and clearance(place[np.newaxis], solids)[0] > CLEARANCE:
             yield Pose2D(float(place[0]), float(place[1]), theta)
 
 
 def trial(
     world: MappedWorld, places: tuple[Pose2D, Pose2D], seconds: float, seed: int
 ) -> tuple[TrialResult, TrialResult]:
-    """Set a robot down at the first place, then move it to the second, which its wheels do not notice.
+    """Place a robot at the first pose, then move it to the second, which its wheels do not measure.
 
-    It wanders at each for so many simulated seconds.
+    It wanders at each for this number of simulated seconds.
     """
     localizer = LineLocalizer(world.scenario.slam, world.scenario.lidar.mount.pose, world.map)
     first, T_odom_base = _wander_at(world, localizer, places[0], Pose2D(), seconds, seed)
@@ -132,7 +132,7 @@ def trial(
 def _wander_at(
     world: MappedWorld, localizer: LineLocalizer, place: Pose2D, T_odom_base: Pose2D, seconds: float, seed: int
 ) -> tuple[TrialResult, Pose2D]:
-    """Let the robot wander at one place; also gives the odometry at the end."""
+    """Let the robot wander at one place; return the result, and the odometry at the end."""
     robot = world.scenario.robot.model_copy(update={"start": Place(x=place.x, y=place.y, theta=place.theta)})
     scenario = world.scenario.model_copy(update={"robot": robot, "duration": seconds})
     pilot, begun, seen = Wanderer(), T_odom_base, []

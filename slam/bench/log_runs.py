@@ -21,7 +21,8 @@ LOGS: Final = {
     for name in ("corridor_synthetic", "fr079", "aces", "fr101", "belgioioso", "duke_loop5", "wean1", "wean3", "mines1")
 }
 CENTRE_AHEAD: Final = 0.04
-"""Metres. fr079: the relations are of the robot's centre, 4 cm ahead of the laser; the log has both in one place."""
+"""Metres. fr079: the relations are those of the robot's centre, 4 cm ahead of the laser; the log has both at one
+place."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,25 +32,25 @@ class LogRun:
     name: str
     log: Log
     poses: FloatArray
-    """``T_map_base`` at every scan, as the method had it then, (N, 3)."""
+    """``T_map_base`` at every scan, as estimated then, (N, 3)."""
     odometry: FloatArray
     """Odometry that the method was given, (N, 3)."""
     times: FloatArray
-    """Seconds of every update on the wall clock, (N,) ..."""
+    """Wall time of every update, seconds, (N,)."""
     cpu_times: FloatArray
-    """... and of its thread's processor, which a loaded machine does not spoil."""
+    """Processor time of its thread, seconds, (N,), which other load does not affect."""
     inliers: FloatArray
     """Share of every scan that agreed with the map, (N,)."""
     unconstrained: int
-    """Scans that left a direction open ..."""
+    """Number of scans that left a direction to odometry."""
     searched: int
-    """... or asked for the coarse search ..."""
+    """Number of scans that needed the coarse search."""
     lost: int
-    """... or were lost ..."""
+    """Number of scans in which the robot was lost."""
     odometry_only: int
-    """... or were matched and have a pose that is odometry alone."""
+    """Number of scans that were matched but rejected, so that their pose is odometry alone."""
     map_points: FloatArray
-    """After every scan, (N,)."""
+    """Size of the map after every scan, (N,)."""
     walls: FloatArray
     """Segments of the map at the end, (M, 2, 2)."""
 
@@ -60,7 +61,7 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
 
 
 def run_on(log: Log, name: str, config: SlamConfig, odometry: FloatArray | None = None) -> LogRun:
-    """Run the method on every scan of a log that was read."""
+    """Run the method on every scan of a log that is in memory."""
     warm_up(Terminal(quiet=True), config)
     given = log.T_odom_base if odometry is None else odometry
     slam, rows, cpu_times = LineSlam(config, log.T_base_laser), [], []
@@ -89,21 +90,24 @@ def run_on(log: Log, name: str, config: SlamConfig, odometry: FloatArray | None 
 
 
 def centre_poses(poses: FloatArray) -> FloatArray:
-    """Poses (N, 3) of the robot's centre."""
+    """Return the poses (N, 3) of the robot's centre."""
     return compose_poses(poses, np.broadcast_to([CENTRE_AHEAD, 0.0, 0.0], poses.shape))
 
 
 def odometry_with_doubled_noise(truth: FloatArray, seed: int) -> FloatArray:
     """Make wheel odometry (N, 3) of these poses (N, 3) with twice the errors of corridor_synthetic.
 
-    Translations x 1.04, a heading that walks by 3 deg a square root of a metre, and turns off by 4 %.
+    Distances are scaled by 1.04; the heading is a random walk of 3 deg per square root of a metre, and turns are 4 %
+    off.
     """
     motions = [a.between(b) for a, b in pairwise(map(Pose2D.from_array, truth))]
     random, pose = np.random.default_rng(seed), Pose2D()
     poses = [pose]
     for motion in motions:
-        way = motion.distance(Pose2D())
-        turn = motion.theta * (1.0 + 0.04 * random.choice([-1.0, 1.0])) + np.radians(3.0) * way**0.5 * random.normal()
+        distance = motion.distance(Pose2D())
+        turn = (
+            motion.theta * (1.0 + 0.04 * random.choice([-1.0, 1.0])) + np.radians(3.0) * distance**0.5 * random.normal()
+        )
         pose = pose @ Pose2D(1.04 * motion.x, 1.04 * motion.y, float(turn))
         poses.append(pose)
     return stack_poses(poses)

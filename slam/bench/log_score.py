@@ -1,4 +1,4 @@
-"""Score of line extractors on a recorded log, where no truth is known: how many beams their segments explain."""
+"""Score of line extractors on a recorded log without ground truth: the share of beams that segments explain."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from slam.files.logs import Log
 from slam.pose import FloatArray
 
 EXPLAINED_WITHIN: Final = 0.10
-"""A beam is explained when it ends nearer than this, metres, to a segment."""
+"""A beam is explained if it ends nearer than this, metres, to a segment."""
 MAX_SCANS: Final = 200
 COLUMNS: Final = ("method", "explained\n%", "rmse\nmm", "segments\na scan", "time\nus", "p99\nus", "x\nours")
 
@@ -28,13 +28,13 @@ class LogScore:
     rmse: float
     """Distance of the explained beams from their segments, metres."""
     segments: float
-    """A scan, on average."""
+    """Segments per scan, on average."""
     times: FloatArray
-    """Seconds a scan."""
+    """Seconds per scan."""
 
 
 def sampled_scans(log: Log) -> list[int]:
-    """Indices of the scans that are used: all, or MAX_SCANS evenly drawn."""
+    """Return the indices of the scans to use: all, or MAX_SCANS evenly spaced ones."""
     return [round(place) for place in np.linspace(0, len(log) - 1, min(len(log), MAX_SCANS)).tolist()]
 
 
@@ -49,7 +49,10 @@ def score_log(log: Log, extractors: Sequence[LineExtractor], advance: Callable[[
 
 
 def distances_to_segments(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Metres from each point (N, 2) to the nearest segment of these ends (M, 2), shape (N,); ``inf`` for no segment."""
+    """Return the metres from each point (N, 2) to the nearest of the segments (M, 2, 2), shape (N,).
+
+    The distance is ``inf`` without any segment.
+    """
     along = end - start
     squared = np.maximum(np.sum(along**2, axis=1), 1e-12)
     offset = points[:, None] - start
@@ -58,7 +61,7 @@ def distances_to_segments(points: FloatArray, start: FloatArray, end: FloatArray
 
 
 def log_table(name: str, log: Log, scores: list[LogScore]) -> ResultTable:
-    """Table of a log."""
+    """Make the table of a log."""
     ours = next(float(np.median(row.times)) for row in scores if row.method == OURS)
     rows = [
         (

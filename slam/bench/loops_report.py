@@ -1,4 +1,4 @@
-"""``hopslam bench loops``: what closing loops is worth, and what it costs."""
+"""``hopslam bench loops``: benefit and cost of loop closing."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -18,9 +18,9 @@ from slam.scenario.file import load_scenario
 NOISY_RUNS: Final = 8
 """Runs of a log with noise on its ranges."""
 DRIVES: Final = 10
-"""Drives around each loop in the simulator, each way."""
+"""Drives around each loop in the simulator, with and without loop closing."""
 STRESSED_RUNS: Final = 5
-"""Runs of each variant of a log made harder."""
+"""Runs of each variant of a log."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,33 +30,33 @@ class LoopBench:
     folder: Path
     """Folder of the recorded logs."""
     logs: Sequence[str] = ()
-    """Names of logs; none: those of the project's tables."""
+    """Names of logs; empty for those of the project's tables."""
     variants: Sequence[str] = ()
-    """Ways in which logs are made harder; none: all of the project's table."""
+    """Variants of the logs; empty for those of the project's table."""
     seeds: int | None = None
-    """Runs of what is repeated; None: NOISY_RUNS, DRIVES and STRESSED_RUNS."""
+    """Number of repeated runs; None for NOISY_RUNS, DRIVES and STRESSED_RUNS."""
     settings: tuple[str, ...] = ()
     console: Terminal = field(default_factory=lambda: Terminal(quiet=True))
 
     def log_tables(self) -> list[ResultTable]:
-        """Recorded logs: errors, the loops themselves, what they cost."""
+        """Measure recorded logs: their errors, loops and costs."""
         return log_tables(self.logs, self.folder, self._runs(NOISY_RUNS), self._config, self.console)
 
     def stress_tables(self) -> list[ResultTable]:
-        """Logs made harder."""
+        """Measure variants of logs that are harder."""
         runs = self._runs(STRESSED_RUNS)
         return stress_table(self.logs, self.folder, self.variants, runs, self._config, self.console)
 
     def sim_tables(self) -> list[ResultTable]:
-        """Drives around loops in the simulator."""
+        """Measure drives around loops in the simulator."""
         return sim_tables(self._runs(DRIVES), self.settings, self.console)
 
     def block_tables(self) -> list[ResultTable]:
-        """The generated building of 2 km."""
+        """Measure the generated building of 2 km."""
         return [block_table(0, self._config, self.console)]
 
     def hour_tables(self) -> list[ResultTable]:
-        """An hour around one loop."""
+        """Measure one hour around one loop."""
         with self.console.waiting("driving around a loop for an hour of its time"):
             return hour_tables(self.settings)
 
@@ -80,7 +80,7 @@ DEFAULT_PARTS: Final = ("logs", "sim", "blocks")
 
 
 def loop_tables(parts: Sequence[str], bench: LoopBench) -> Iterator[ResultTable]:
-    """Measure these parts, DEFAULT_PARTS without a name, one after the other. InputError for an unknown one."""
+    """Measure these parts, or DEFAULT_PARTS, one after the other; InputError for an unknown one."""
     for part in parts:
         if part not in PARTS:
             hint = did_you_mean(part, list(PARTS), otherwise=f"one of {', '.join(PARTS)}")

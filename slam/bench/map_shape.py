@@ -1,4 +1,4 @@
-"""Quality of a map without any truth: crisp walls, walls in line with their building, loops that meet."""
+"""Quality of a map without ground truth: crisp walls, walls along the building's axes, and closed loops."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -15,42 +15,42 @@ from slam.files.logs import Log
 from slam.pose import FloatArray, Pose2D
 
 CELL: Final = 0.05
-"""Metres: cells that are counted for the crispness; of the points in one, a single one is fitted."""
+"""Side of the cells that are counted for the crispness, metres."""
 LONG_WALL: Final = 2.0
-"""Metres of a wall whose direction is told, at least."""
+"""Least length of a wall whose direction is used, metres."""
 URG_BEAMS: Final = 600
 """Scans with more beams are those of a URG-04LX."""
 CRISP_URG: Final = 70, 4.0
-"""Crispness of a URG-04LX: beams left out at each end, and metres from which ranges are left out ..."""
+"""Crispness of a URG-04LX: beams left out at each end, and the range from which readings are left out, metres."""
 CRISP_OTHERS: Final = 0, 15.0
-"""... and of other sensors."""
+"""The same for other sensors."""
 LOOPS: Final = {"duke_loop5": (50, 73)}
-"""Logs that return to their start, and how many scans at the beginning and at the end show the same place."""
+"""Logs that return to their start, and the number of scans at the beginning and at the end that show the same place."""
 LOOP_REACH: Final = 8.0
-"""Metres up to which these scans are compared."""
+"""Longest range used of these scans, metres."""
 LOOP_NEAR: Final = 0.075
-"""Metres within which a point of the last scans agrees with the first ones."""
+"""Distance within which a point of the last scans agrees with the first ones, metres."""
 LOOP_STEPS: Final = ((1.0, 0.10, np.radians(6.0), np.radians(1.0)), (0.10, 0.025, np.radians(1.0), np.radians(0.25)))
-"""Half window and step of the search, in metres and in radians; the second about the best of the first."""
+"""Half window and step of the search, metres and radians; the second search is about the best of the first."""
 
 
 class LoopGap(NamedTuple):
-    """Motion that lays the last points of a loop onto the first ones."""
+    """Motion that aligns the last points of a loop with the first ones."""
 
     along: float
-    """Metres in the direction of ``heading`` ..."""
+    """Shift in the direction of ``heading``, metres."""
     across: float
-    """... and to its left."""
+    """Shift to the left of ``heading``, metres."""
     turn: float
-    """Radians, about the mean of the last points."""
+    """Rotation about the mean of the last points, radians."""
     agreement: float
-    """Share of the last points that then lie near the first."""
+    """Share of the last points near the first ones after the motion."""
     before: float
-    """Share of the last points that lay near the first before they were moved."""
+    """Share of the last points near the first ones before the motion."""
 
 
 def shape_table(found: Sequence[tuple[str, LogRun]]) -> ResultTable:
-    """Table of the maps' shapes, a row a log."""
+    """Make the table of the maps' shapes, a row for each log."""
     columns = (
         "log", f"walls of\n{LONG_WALL:g} m", "off axes\nrms, deg", "most\ndeg", "all walls\nm", "lines\na metre",
         "radial\nm", "parallel\nm", "unseen\nm", "open along\nm", "across\nm", "heading\ndeg", "agree", "unmoved",
@@ -67,7 +67,7 @@ def shape_table(found: Sequence[tuple[str, LogRun]]) -> ResultTable:
 
 
 def faults_of(run: LogRun) -> WallFaults:
-    """Faults of the line map of a run beside the echoes of all its scans, each as its pose was then."""
+    """Measure the line map of a run against the echoes of all its scans, each at its pose as estimated then."""
     deskew = run.log.time_increment != 0.0
     echoes = [end_points(run.log, k, pose, 0, np.inf, deskew) for k, pose in enumerate(run.poses)]
     lasers = [(Pose2D(*pose.tolist()) @ run.log.T_base_laser).translation for pose in run.poses]
@@ -81,7 +81,7 @@ def crispness_beams(log: Log) -> tuple[int, float]:
 
 
 def crispness(log: Log, poses: FloatArray, cut: int, reach: float, deskew: bool) -> float:
-    """Count occupied cells of 5 cm for every 1000 points, every scan drawn at its pose, deskewed or as it was taken.
+    """Count occupied cells of 5 cm per 1000 points, with every scan drawn at its pose, deskewed or not.
 
     The first and last ``cut`` beams and ranges of ``reach`` metres and more are left out.
     """
@@ -90,7 +90,7 @@ def crispness(log: Log, poses: FloatArray, cut: int, reach: float, deskew: bool)
 
 
 def end_points(log: Log, index: int, pose: FloatArray, cut: int, reach: float, deskew: bool) -> FloatArray:
-    """End points of the beams of one scan, (M, 2), metres in the frame of the poses of the base."""
+    """Return the end points of the beams of one scan, (M, 2), metres in the frame of the poses of the base."""
     scan = log.scan(index)
     if deskew:
         scan = deskewed(scan, log.odometry(index).twist, log.T_base_laser)
@@ -102,19 +102,19 @@ def end_points(log: Log, index: int, pose: FloatArray, cut: int, reach: float, d
 
 
 def angles_off_main_axes(walls: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Angle of each wall (M, 2, 2) from the common directions of all, modulo a right angle, and its length, (M,) each.
+    """Return the angle of each wall (M, 2, 2) from the main axes, modulo a right angle, and its length, (M,) each.
 
     Radians and metres.
     """
-    way = walls[:, 1] - walls[:, 0]
-    lengths, fourfold = np.hypot(*way.T), np.exp(4j * np.arctan2(way[:, 1], way[:, 0]))
+    vectors = walls[:, 1] - walls[:, 0]
+    lengths, fourfold = np.hypot(*vectors.T), np.exp(4j * np.arctan2(vectors[:, 1], vectors[:, 0]))
     return np.angle(fourfold / np.sum(lengths * fourfold)) / 4.0, lengths
 
 
 def rms_off_axes(walls: FloatArray) -> float:
-    """Root mean square of the angles of the long walls, of (M, 2, 2), from the common directions of all, radians.
+    """Return the RMS angle of the long walls, of (M, 2, 2), from the main axes, radians.
 
-    It is weighed by length; nan where no wall is long.
+    It is weighted by length; nan if no wall is long.
     """
     long = _long(walls)
     if not len(long):
@@ -124,7 +124,7 @@ def rms_off_axes(walls: FloatArray) -> float:
 
 
 def gap_of_loop(name: str, log: Log, poses: FloatArray) -> LoopGap | None:
-    """Motion that lays the last scans of a log onto the first ones, at poses (N, 3); None where it ends elsewhere."""
+    """Align the last scans of a log with the first ones, at poses (N, 3); None if it does not return to its start."""
     if name not in LOOPS:
         return None
     begin, end = LOOPS[name]
@@ -185,7 +185,7 @@ def _thinned(points: FloatArray) -> FloatArray:
 
 
 def _picture(points: FloatArray) -> tuple[np.ndarray, FloatArray]:
-    """Mask of the cells, half as wide as CELL, that are near a point, and the lower corner of the first of them."""
+    """Return a mask of the cells of half CELL near a point, and the lower corner of the first of them."""
     margin = 4
     corner = points.min(axis=0) - 0.5 * CELL * margin
     index = np.floor((points - corner) / (0.5 * CELL)).astype(int)
@@ -195,7 +195,7 @@ def _picture(points: FloatArray) -> tuple[np.ndarray, FloatArray]:
 
 
 def _around(best: FloatArray, reach: float, step: float, reach_turn: float, step_turn: float) -> list[FloatArray]:
-    """The steps of a window, nearest first, so that of equals the least is taken."""
+    """Return the steps of a window, nearest first, so that ties go to the smallest motion."""
     places = np.arange(-round(reach / step), round(reach / step) + 1) * step
     turns = np.arange(-round(reach_turn / step_turn), round(reach_turn / step_turn) + 1) * step_turn
     window = np.array(list(product(places, places, turns)))
@@ -203,7 +203,7 @@ def _around(best: FloatArray, reach: float, step: float, reach_turn: float, step
 
 
 def _share(near: np.ndarray, corner: FloatArray, last: FloatArray, middle: FloatArray, moved: FloatArray) -> float:
-    """Share of the last points that lie near the first ones when they are moved so (3,)."""
+    """Return the share of the last points that lie near the first ones after this motion (3,)."""
     c, s = np.cos(moved[2]), np.sin(moved[2])
     points = (last - middle) @ np.array([[c, s], [-s, c]]) + middle + moved[:2]
     index = np.floor((points - corner) / (0.5 * CELL)).astype(int)

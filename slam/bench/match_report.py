@@ -44,7 +44,7 @@ class MatcherComparison:
 
 
 def compare_matchers(scenario: Scenario, places: int, seed: int, console: Terminal) -> MatcherComparison:
-    """Run all matchers on the same scans; InputError where small_gicp is not installed."""
+    """Run all matchers on the same scans; InputError if small_gicp is not installed."""
     import_optional("small_gicp", "bench")  # before seconds of work
     world = ScannedWorld(scenario, seed)
     with console.waiting("scanning"):

@@ -14,14 +14,14 @@ from slam.scenario.schema import Scenario
 from slam.scenario.solids import clearance, obstacle_footprints, sample_path
 
 FAN: Final = 682 * URG04LX.lidar.angle_increment
-"""Radians, whatever the number of beams."""
+"""Field of view, radians, for any number of beams."""
 NOISE: Final = 1 / 3
-"""Standard deviation as a share of the maker's bound."""
+"""Standard deviation of the ranges as a share of the maker's bound."""
 SPACING: Final = 0.5
-"""Metres between the scans that make the map; two of opposite heading at each place."""
+"""Metres between the scans of the map; two of opposite heading at each place."""
 REACH: Final = 4.0
 FIXED_SHARE: Final = 0.05
-"""A place fixes the pose when each direction has at least this share of the squared normals that the beams meet."""
+"""A place fixes the pose if each direction has at least this share of the squared normals that the beams meet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,20 +33,20 @@ class PlacedScan:
 
 
 class ScannedWorld:
-    """Plan of a scenario's world, and a lidar of any number of beams in it; all that is random has one seed."""
+    """Plan of a scenario's world, scanned by a lidar with any number of beams; one seed decides all random numbers."""
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
         outlines = scenario.world.outlines(scenario.lidar.height)
         ends = [np.stack([outline, np.roll(outline, -1, axis=0)], axis=1) for outline in outlines]
         self._walls = np.concatenate(ends)
         self._solids = obstacle_footprints(scenario.world.prisms())
-        self._way = [(scenario.robot.start.x, scenario.robot.start.y), *scenario.route.waypoints]
+        self._route = [(scenario.robot.start.x, scenario.robot.start.y), *scenario.route.waypoints]
         self._random = np.random.default_rng(seed)
 
     def map_scans(self) -> list[PlacedScan]:
         """Scans along the route, in both directions."""
         scans = []
-        for (x0, y0), (x1, y1) in pairwise(self._way):
+        for (x0, y0), (x1, y1) in pairwise(self._route):
             heading = float(np.arctan2(y1 - y0, x1 - x0))
             for x, y in sample_path([(x0, y0), (x1, y1)], SPACING).tolist():
                 scans += [self.scan(Pose2D(x, y, heading + turn), 682) for turn in (0.0, np.pi)]
@@ -54,16 +54,16 @@ class ScannedWorld:
 
     def places(self, count: int) -> list[Pose2D]:
         """Draw free poses near the route, from which the lidar sees walls across every direction."""
-        way, found = sample_path(self._way), list[Pose2D]()
+        samples, found = sample_path(self._route), list[Pose2D]()
         while len(found) < count:
-            place = way[self._random.integers(len(way))] + self._random.uniform(-0.5, 0.5, 2)
+            place = samples[self._random.integers(len(samples))] + self._random.uniform(-0.5, 0.5, 2)
             pose = Pose2D(float(place[0]), float(place[1]), float(self._random.uniform(-np.pi, np.pi)))
             if clearance(place[np.newaxis], self._solids)[0] > 0.3 and self._fixes(pose):
                 found.append(pose)
         return found
 
     def scan(self, T_map_laser: Pose2D, beams: int) -> PlacedScan:
-        """Make a scan of this number of beams, always in the same fan."""
+        """Make a scan with this number of beams, always in the same field of view."""
         increment = FAN / beams
         angles = -0.5 * FAN + increment * (np.arange(beams) + 0.5)
         distance, _ = cast_beams(self._walls, T_map_laser, angles)

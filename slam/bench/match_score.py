@@ -1,4 +1,4 @@
-"""Score of matchers: how fast, from how far and how well each finds the pose of a scan."""
+"""Score of matchers: speed, basin of convergence and accuracy."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ from slam.pose import FloatArray, Pose2D
 
 BEAMS: Final = (85, 170, 341, 682, 1364, 2728)
 SHIFTS: Final = (0.0, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0)
-"""Metres between the start and the truth, in four directions ..."""
+"""Distances between the start and the true pose, metres, in four directions."""
 TURNS: Final = (0.0, 0.1, 0.2, 0.35, 0.5)
-"""... and radians, to both sides."""
+"""Heading errors of the start, radians, to both sides."""
 CONVERGED: Final = 0.03, float(np.radians(1.0))
-"""Metres and radians from the truth, at most."""
+"""Largest error of a converged match, metres and radians."""
 BLOCK: Final = 10
-"""Scans that a matcher has in one turn."""
+"""Scans per turn of a matcher."""
 NEARBY: Final = 0.05, 0.03
-"""Start of the runs that are timed: metres and radians off."""
+"""Error of the start in the timed runs, metres and radians."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,9 +30,9 @@ class MatchRuns:
     """Results of one matcher on many scans: K runs."""
 
     seconds: FloatArray
-    """(K,) wall time."""
+    """(K,) wall time, seconds."""
     errors: FloatArray
-    """(K, 2): metres and radians from the truth."""
+    """(K, 2): errors, metres and radians."""
 
     @property
     def converged(self) -> float:
@@ -43,10 +43,10 @@ class MatchRuns:
 def match_in_turns(
     matchers: Sequence[Matcher], scans: Sequence[PlacedScan], start_poses: Sequence[Pose2D]
 ) -> dict[str, MatchRuns]:
-    """Match every scan from every start, which is given as seen from the truth; by the matchers' names.
+    """Match every scan from every start, relative to the true pose; return the results by the matchers' names.
 
-    They take turns with blocks of scans: a machine that is slower for a while is so for all, and each finds its own
-    code and map in the caches, as in a loop that does nothing else.
+    The matchers take turns with blocks of scans: other load on the machine affects all alike, and each has its code and
+    map in the caches, as in a loop of its own.
     """
     for matcher in matchers:
         matcher.match(scans[0].scan, scans[0].T_map_laser)  # compiles
@@ -72,7 +72,7 @@ def start_poses(shift: float, turn: float) -> list[Pose2D]:
 
 
 def convergence_basin(matcher: Matcher, scans: Sequence[PlacedScan]) -> FloatArray:
-    """Share of the runs that converged, (turns, shifts)."""
+    """Return the share of the runs that converged, (turns, shifts)."""
     return np.array(
         [
             [match_in_turns([matcher], scans, start_poses(shift, turn))[matcher.name].converged for shift in SHIFTS]

@@ -1,4 +1,4 @@
-"""Matchers that are compared: each is made from the scans of the map, then asked where a scan was taken."""
+"""Compared matchers: each is built from the scans of the map, then estimates where a scan was taken."""
 
 from collections.abc import Sequence
 from typing import Any, Final, Protocol
@@ -21,22 +21,22 @@ from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
 VOXEL: Final = 0.05
-"""Metres: point maps have one point, the mean, in each square of this side."""
+"""Side of a square, metres: point maps have one point, the mean, in each square."""
 START_COVARIANCE: Final = np.diag([0.5**2, 0.5**2, 0.3**2])
-"""Covariance of the start that ours is given: next to nothing is known."""
+"""Covariance of the start that our matcher gets: almost no prior knowledge."""
 
 
 class Matcher(Protocol):
-    """Finds the pose of the laser in its map, from one that is near."""
+    """Finds the pose of the laser in its map, from a start pose near it."""
 
     name: str
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
-        """Find the pose; this is all that must be done for one scan."""
+        """Find the pose, including all work that one scan needs."""
 
 
 class OurMatcher:
-    """Facets to surfels by least squares, with the coarse search where the first match is bad, or without."""
+    """Matches facets to surfels by least squares; ``search`` adds the coarse search after a bad match."""
 
     def __init__(self, scans: Sequence[PlacedScan], search: bool = True) -> None:
         self.name = "ours" if search else "ours, no search"
@@ -50,7 +50,7 @@ class OurMatcher:
             self._map.add(facets, placed.scan, placed.T_map_laser)
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
-        """Extraction, facets, match."""
+        """Extract segments, make facets, and match them."""
         state = SurfelMapperState(self._map, MapUncertainty(), start, None, START_COVARIANCE)
         segments = extract_segments(scan, self._config.lines)
         match = SurfelMapper(state, self._matching, Pose2D()).locate(scan, segments, start)
@@ -69,7 +69,7 @@ class PaperMatcher:
         self._matching = ForceFieldConfig(gamma_M=0.3, max_iterations=300)
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
-        """Extraction, and the pull on the points that the lidar could see from the start."""
+        """Extract segments, and move the map points that are visible from the start."""
         lines = HoppingConfig(psi=1, L_Th=min(8, max(4, len(scan.ranges) // 42)), split_gap=0.3)
         visible = self._map.draw_visible(start, scan.lidar, self._draw_all, np.random.default_rng(0))
         segments = extract_segments(scan, lines)
@@ -79,8 +79,8 @@ class PaperMatcher:
 class IcpMatcher:
     """small_gicp on one thread.
 
-    Its clouds are 3-D: a flat one has normals that point up, so the map is there three times, one layer above the
-    other, which turns them level; roll, pitch and height then stay where they are.
+    It works on 3-D clouds. The normals of a flat cloud point up; so the map has three copies, one above the other,
+    which makes the normals horizontal and keeps roll, pitch and height constant.
     """
 
     def __init__(self, scans: Sequence[PlacedScan], small_gicp: Any, kind: str) -> None:
@@ -93,7 +93,7 @@ class IcpMatcher:
         small_gicp.estimate_normals_covariances(self._target, self._tree, num_neighbors=20)
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
-        """Alignment of all points, for GICP with their covariances."""
+        """Align all points, for GICP with their covariances."""
         points = scan.points()
         source = self._library.PointCloud(np.column_stack([points, np.zeros(len(points))]))
         if self._kind == "GICP":
@@ -109,7 +109,7 @@ class IcpMatcher:
 
 
 def compared_matchers(scans: Sequence[PlacedScan]) -> list[Matcher]:
-    """Make every matcher from the scans of the map; InputError where small_gicp is not installed."""
+    """Make every matcher from the scans of the map; InputError if small_gicp is not installed."""
     small_gicp = import_optional("small_gicp", "bench")
     kinds = "PLANE_ICP", "GICP", "ICP"
     ours = [OurMatcher(scans), OurMatcher(scans, search=False)]
@@ -117,7 +117,7 @@ def compared_matchers(scans: Sequence[PlacedScan]) -> list[Matcher]:
 
 
 def voxel_means(scans: Sequence[PlacedScan]) -> FloatArray:
-    """Mean (N, 2) of the points of the scans in each square; squares that have one point are left out."""
+    """Return the mean (N, 2) of the points of the scans in each square; squares with one point are left out."""
     points = np.concatenate([placed.T_map_laser.transform(placed.scan.points()) for placed in scans])
     _, place, count = np.unique(np.floor(points / VOXEL), axis=0, return_inverse=True, return_counts=True)
     sums = np.column_stack([np.bincount(place, column) for column in points.T])

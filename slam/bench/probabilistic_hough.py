@@ -15,7 +15,7 @@ class ProbabilisticHough:
     """Settings, by default the best found on TUNING_SEEDS at noise spec/3; lengths in metres."""
 
     cell: float = 0.05
-    """Side of a pixel."""
+    """Side of a pixel, metres."""
     angle_step: float = np.pi / 90.0
     """Radians."""
     votes: int = 12
@@ -41,7 +41,7 @@ class ProbabilisticHough:
 
 
 def _segments(points: FloatArray, ends: FloatArray) -> Segments:
-    """Segments of ends (M, 2, 2); their first and last are the points (N, 2) nearest to them."""
+    """Return segments with ends (M, 2, 2); their first and last points are the nearest of (N, 2)."""
     nearest = np.array([[np.argmin(np.hypot(*(points - end).T)) for end in pair] for pair in ends], np.int64).reshape(
         -1, 2
     )

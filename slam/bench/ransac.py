@@ -18,13 +18,13 @@ class Ransac:
     """Settings, by default the best found on TUNING_SEEDS at noise spec/3; lengths in metres."""
 
     max_distance: float = 0.03
-    """A point within this of a line belongs to it."""
+    """Largest distance of an inlier from its line, metres."""
     trials: int = 60
     gap: float = 0.12
     """Neighbouring points farther apart than this, plus ``gap_share`` of their range, are on different walls."""
     gap_share: float = 0.06
     max_hole: int = 5
-    """Points in a row that may lie off a line without ending its segment."""
+    """Points in a row that may be off a line without ending its segment."""
     min_points: int = 6
     min_length: float = 0.15
 
@@ -47,7 +47,7 @@ class Ransac:
     def _runs(
         self, measure: Any, points: FloatArray, begin: int, stop: int, random: np.random.Generator
     ) -> Iterator[tuple[int, int]]:
-        """The longest run on the best line, and the same again on either side of it."""
+        """Return the longest run on the best line, and recursively those on either side of it."""
         if stop - begin < self.min_points:
             return
         _, inliers = measure.ransac(
@@ -64,7 +64,7 @@ class Ransac:
 
 
 def _longest(indices: IntArray, max_hole: int) -> tuple[int, int]:
-    """First and last of the longest run of indices without a larger hole."""
+    """Return first and last of the longest run of indices without a larger gap."""
     parts = np.split(indices, np.flatnonzero(np.diff(indices) > max_hole + 1) + 1)
     longest = max(parts, key=len)
     return int(longest[0]), int(longest[-1])

@@ -1,8 +1,7 @@
-"""A node of rclpy, run by the Python of a ROS 2 and not by that of hopslam: the other end of benchmark and tests.
+"""A node of rclpy, run by the Python of a ROS 2, not that of hopslam: the other end of benchmark and tests.
 
 ``ros_client.py listen SECONDS``, ``record SECONDS``, ``drive SECONDS [stamped]``, ``flood SECONDS``, ``sleep SECONDS``
-or ``play FILE [RATE]``. Each prints one line of JSON when it is done; the first three are done as soon as their input
-is closed, too.
+or ``play FILE [RATE]``. Each prints one line of JSON at its end; the first three also end when their input is closed.
 """
 
 import functools
@@ -23,13 +22,13 @@ from sensor_msgs.msg import LaserScan
 
 _LATCHED: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _REST: Final = 1.0
-"""Seconds for which messages are still taken when the input is closed."""
+"""Seconds for which messages are still taken after the input is closed."""
 _DEPTH: Final = 100
-"""Messages that wait for this program, or for its readers."""
+"""Messages that may wait for this program, or for its readers."""
 
 
 def listen(node: Any, seconds: str) -> dict[str, Any]:
-    """Note the stamps of all scans, reliably, and how old each was; and the last map."""
+    """Record the stamps and ages of all scans, with a reliable connection; and the last map."""
     stamps: list[float] = []
     ages: list[float] = []
     grid: dict[str, Any] = {}
@@ -50,7 +49,7 @@ def listen(node: Any, seconds: str) -> dict[str, Any]:
 
 
 def record(node: Any, seconds: str) -> dict[str, Any]:
-    """Keep the bytes of all scans and odometry, in the order in which they come."""
+    """Keep the bytes of all scans and odometry, in the order of arrival."""
     heard: list[tuple[str, str]] = []
     for kind, topic in ((LaserScan, "/scan"), (Odometry, "/odom")):
         hear = functools.partial(lambda name, message: heard.append((name, message.hex())), topic)
@@ -60,7 +59,7 @@ def record(node: Any, seconds: str) -> dict[str, Any]:
 
 
 def drive(node: Any, seconds: str, stamped: str = "") -> dict[str, Any]:
-    """Drive where there is room by /cmd_vel, a command for each scan, and say how many there were."""
+    """Drive by /cmd_vel where there is room, a command for each scan, and report their number."""
     commands = [0]
     publisher = node.create_publisher(TwistStamped if stamped else Twist, "/cmd_vel", 10)
 
@@ -82,7 +81,7 @@ def drive(node: Any, seconds: str, stamped: str = "") -> dict[str, Any]:
 
 
 def flood(node: Any, seconds: str) -> dict[str, Any]:
-    """Send bytes that are no velocity, as fast as it goes, and velocities that cannot be."""
+    """Send invalid bytes as fast as possible, and impossible velocities."""
     publisher, until, sent = node.create_publisher(Twist, "/cmd_vel", 10), time.time() + float(seconds), 0
     wild = Twist()
     wild.linear.x = wild.angular.z = float("nan")
@@ -94,7 +93,7 @@ def flood(node: Any, seconds: str) -> dict[str, Any]:
 
 
 def sleep(node: Any, seconds: str) -> dict[str, Any]:
-    """Ask for all scans, and read none."""
+    """Subscribe to all scans, and read none."""
     node.create_subscription(LaserScan, "/scan", print, _DEPTH)
     time.sleep(float(seconds))
     return {}
@@ -117,7 +116,7 @@ def play(node: Any, file: str, rate: str = "10") -> dict[str, Any]:
 
 
 def _spin(node: Any, seconds: float) -> None:
-    """Take messages for so long, or until the input is closed and a little longer."""
+    """Take messages for this time, or until shortly after the input is closed."""
     until, closed = time.time() + seconds, False
     while time.time() < until:
         rclpy.spin_once(node, timeout_sec=0.1)

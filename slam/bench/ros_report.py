@@ -1,4 +1,4 @@
-"""Topics of ROS 2 measured: scans lost, their age at an rclpy callback, and the time that publishing takes the loop."""
+"""``hopslam bench ros``: lost scans, their ages in an rclpy callback, and the loop's time for publishing."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ from slam.topics.ros_bus import open_ros_bus
 
 _CLIENT: Final = Path(__file__).with_name("ros_client.py")
 _LONGER: Final = 30.0
-"""Seconds for which a client waits beyond the run."""
+"""Seconds for which a client waits after the run."""
 _BARS: Final = "bars: none lost, median age 5 ms, 0.3 ms a scan; the log's own encoding of a scan is not counted"
 
 
 class _EnoughScans(Exception):
-    """The number of scans asked for was driven."""
+    """Ends the run after the requested number of scans."""
 
 
 @dataclass
 class _Stopwatch:
-    """Times a watcher beside the log, which encodes each step before it, and ends the run after so many seconds."""
+    """Measures another watcher and the log, which encodes each step before it, and ends the run after some seconds."""
 
     watcher: SlamTopics
     messages: StepMessages
@@ -63,9 +63,9 @@ class _Stopwatch:
 
 
 def ros_table(scenario: Scenario, pythons: Sequence[Path], seconds: float, console: Terminal) -> ResultTable:
-    """Drive a robot about in the scenario for so long, in real time, with a client of each Python listening.
+    """Drive a robot in the scenario for this time, in real time, with a listening client of each Python.
 
-    InputError where a Python has no rclpy.
+    InputError if a Python has no rclpy.
     """
     warm_up(console, scenario.slam)
     wandering = scenario.model_copy(update={"duration": seconds})
@@ -100,7 +100,7 @@ def _drive(scenario: Scenario, stack: ExitStack) -> _Stopwatch:
 
 
 def _figures(sent: Sequence[float], told: dict[str, Any]) -> Iterator[str]:
-    """Cells of a client: scans sent since it was found, lost, and their ages."""
+    """Return the cells of a client: scans sent since it was found, scans lost, and their ages."""
     heard = np.array(told["stamps"])
     since = [stamp for stamp in sent if stamp > heard.min(initial=np.inf) - 1e-6]
     yield f"{len(since)} of {len(sent)}"
@@ -111,7 +111,7 @@ def _figures(sent: Sequence[float], told: dict[str, Any]) -> Iterator[str]:
 
 @contextmanager
 def _listener(python: Path, seconds: float) -> Iterator[subprocess.Popen[str]]:
-    """A client that listens; InputError where there is no rclpy."""
+    """A listening client; InputError if there is no rclpy."""
     command = [str(python), str(_CLIENT), "listen", f"{seconds:g}"]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, text=True) as client:

@@ -1,8 +1,4 @@
-"""Simulated scans with known walls, to measure line extractors on.
-
-Four families of floor plan (see floor_plans.py) seen by a URG-04LX: 682 beams, 4 m, 1 mm steps, 0.5 % of the beams
-without echo. Tune on TUNING_SEEDS of each family only; results are quoted on HELD_OUT_SEEDS.
-"""
+"""Simulated scans with known walls, for the benchmark of line extractors."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,7 +16,7 @@ from slam.scan import LaserScan
 TUNING_SEEDS: Final = range(60)
 HELD_OUT_SEEDS: Final = range(1000, 1060)
 WARM_UP_SEEDS: Final = range(2000, 2060)
-"""Seeds of rooms that a sensor was in before."""
+"""Seeds of the rooms in which a sensor learns its noise."""
 NOISE_LEVELS: Final = {"spec/19": 1 / 19, "spec/3": 1 / 3, "spec": 1.0}
 """Standard deviation of the range noise as a share of the maker's bound: 25 mm below 1 m, 2.5 % of the range beyond."""
 REACH: Final = 4.0
@@ -29,11 +25,11 @@ DROPOUT: Final = 0.005
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VisibleWalls:
-    """Walls that a scan saw: W maximal runs of consecutive beams on one wall; dropped beams belong to their run."""
+    """Walls that a scan saw: W maximal runs of consecutive beams on one wall; lost beams belong to their run."""
 
-    first: IntArray  # (W,) beam of the scan
+    first: IntArray  # (W,) first beam of the run
     last: IntArray  # (W,)
-    start: FloatArray  # (W, 2) where the first beam truly hits the wall, sensor frame, metres
+    start: FloatArray  # (W, 2) where the first beam hits the wall, sensor frame, metres
     end: FloatArray  # (W, 2) the same of the last beam
 
     @property
@@ -43,7 +39,7 @@ class VisibleWalls:
 
     @property
     def required(self) -> NDArray[np.bool_]:
-        """Mask of the walls that an extractor has to find: at least 8 beams and 0.15 m; others it may find or leave."""
+        """Mask of the walls that an extractor must find: at least 8 beams and 0.15 m; others are optional."""
         return (self.last - self.first + 1 >= 8) & (self.lengths >= 0.15)
 
 
@@ -80,12 +76,12 @@ def scenes(seeds: range, noise_level: str) -> Iterator[Scene]:
 
 
 def warm_up_scans(noise_level: str) -> Iterator[LaserScan]:
-    """Scans of that noise, of each family in turn, in rooms that are in no score."""
+    """Return scans with this noise, of each family in turn, in rooms that are not scored."""
     return (make_scene(family, seed, noise_level).scan for seed in WARM_UP_SEEDS for family in FAMILIES)
 
 
 def _measure(distance: FloatArray, noise: float, random: np.random.Generator) -> FloatArray:
-    """Ranges that the sensor reports."""
+    """Turn true ranges into reported ranges."""
     sigma = noise * np.where(np.isfinite(distance), URG04LX.accuracy(distance), 0.0)
     ranges = distance + sigma * random.standard_normal(len(distance))
     ranges = np.round(ranges / URG04LX.resolution) * URG04LX.resolution

@@ -18,15 +18,15 @@ SCENARIOS: Final = (
     "crowded_corridor", "featureless_corridor", "corridor", "office_loop", "cluttered_room", "random_office"
 )  # fmt: skip
 HOUR_SCENARIO: Final = "office_loop"
-"""Scenario of the long run: a loop, so that most of the hour is in places seen before."""
+"""Scenario of the long run: a loop, so that most of the hour is spent in known places."""
 CHI_SQUARE_95: Final = 7.815
-"""95 % of chi-square with three degrees of freedom."""
+"""95 % quantile of chi-square with three degrees of freedom."""
 OPEN_SHARE: Final = 0.5
-"""Share of the scans that must leave a direction to odometry, for a run to be in the table."""
+"""Share of the scans with an unconstrained direction from which a run is in the table."""
 HOUR_BLOCK: Final = 1000
 """Scans at the beginning and at the end that are compared."""
 HOUR_PARTS: Final = 12
-"""Parts of the hour: five minutes each."""
+"""Number of parts of the hour: five minutes each."""
 
 
 def sim_tables(
@@ -39,7 +39,7 @@ def sim_tables(
 ) -> list[ResultTable]:
     """Drive these scenarios, or all, with these seeds.
 
-    With ``hour`` the long run follows after the others: nothing else should run beside what is timed.
+    With ``hour`` the long run follows last; no other program should run during timing.
     """
     jobs = [(name, seed, settings, False, allow_modules) for name, seed in product(names or SCENARIOS, seeds)]
     results = run_in_workers(run_scenario, jobs, "driving in the simulator", console)
@@ -56,9 +56,9 @@ def sim_tables(
 
 
 def unconstrained_tables(runs: Sequence[tuple[str, int, SimRun]]) -> list[ResultTable]:
-    """Table of those runs whose scans left a direction open most of the way; no table where there is none.
+    """Make the table of the runs in which most scans left a direction unconstrained; None if there are none.
 
-    Odometry is all that is known along that direction; across it the scans must hold.
+    Along that direction there is only odometry; across it the scans must keep the error small.
     """
     chosen = [(name, seed, run) for name, seed, run in runs if run.unconstrained[1:].mean() > OPEN_SHARE]
     if not chosen:
@@ -79,7 +79,7 @@ def unconstrained_tables(runs: Sequence[tuple[str, int, SimRun]]) -> list[Result
 
 
 def hour_tables(run: SimRun) -> list[ResultTable]:
-    """Tables of cost and memory over the hour: the first scans beside the last, and the map over time."""
+    """Make the tables of cost and memory over the hour: the first scans against the last, and the map over time."""
     return [_hour_cost(run), _map_size(run)]
 
 
@@ -126,7 +126,7 @@ def _scenario_row(name: str, runs: Sequence[SimRun]) -> tuple[str, ...]:
 
 
 def _worst_table(runs: Sequence[tuple[str, int, SimRun]], again: Callable[[str, int], str]) -> ResultTable:
-    """The run of each scenario that ends farthest off, and the command that repeats it."""
+    """Return the run of each scenario with the largest final error, and the command that repeats it."""
     worst: dict[str, tuple[int, SimRun]] = {}
     for name, seed, run in runs:
         if name not in worst or _final(run) > _final(worst[name][1]):
@@ -136,14 +136,14 @@ def _worst_table(runs: Sequence[tuple[str, int, SimRun]], again: Callable[[str, 
 
 
 def _final(run: SimRun) -> float:
-    """Metres off at the end."""
+    """Distance from the true pose at the end, metres."""
     return float(np.hypot(*run.offsets[-1, :2]))
 
 
 def _unconstrained_errors(run: SimRun) -> FloatArray:
-    """Errors of one run: centimetres, degrees, and the share of open scans."""
-    way = run.truth[-1, :2] - run.truth[0, :2]
-    along = way / np.hypot(*way)
+    """Errors of one run: centimetres, degrees, and the share of scans with an unconstrained direction."""
+    direction = run.truth[-1, :2] - run.truth[0, :2]
+    along = direction / np.hypot(*direction)
     across = 100.0 * np.abs(run.offsets[:, :2] @ np.array([-along[1], along[0]]))
     compared = run.offsets, run.true_heading_offsets, run.odometry_offsets
     ends = [abs(100.0 * offsets[-1, :2] @ along) for offsets in compared]
@@ -152,7 +152,7 @@ def _unconstrained_errors(run: SimRun) -> FloatArray:
 
 
 def _worst(found: FloatArray) -> FloatArray:
-    """Greatest error of each kind, and the least share."""
+    """Return the greatest error of each kind, and the least share."""
     return np.append(found[:, :-1].max(axis=0), found[:, -1].min())
 
 

@@ -22,7 +22,7 @@ from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
 
 CASTER: Final = "lidar.caster=exact"
-"""Setting of all runs, which ``hopslam run`` has not by itself: each ray caster rounds in its own way."""
+"""Setting of all runs, not the default of ``hopslam run``: each ray caster rounds differently."""
 HOUR: Final = 3600.0
 """Seconds of the long run."""
 
@@ -39,7 +39,7 @@ class _TimedSlam(LineSlam):
         began = process_time()
         estimate = super().update(scan, odometry)
         self.times.append(process_time() - began)
-        assert isinstance(self.mapper, SurfelMapper)  # paper mode tells no covariance, and is not measured here
+        assert isinstance(self.mapper, SurfelMapper)  # paper mode has no covariance, and is not measured here
         self.nbytes.append(self.mapper.map.nbytes)
         return estimate
 
@@ -79,35 +79,35 @@ class SimRun:
     poses: FloatArray
     truth: FloatArray
     odometry: FloatArray
-    """Poses by the wheels alone, from the true start on."""
+    """Poses by the wheels alone, from the true start."""
     covariances: FloatArray
-    """(N, 3, 3)."""
+    """Covariances of the estimates, (N, 3, 3)."""
     unconstrained: FloatArray
-    """1 where a direction was left to odometry, (N,)."""
+    """True where a direction was left to odometry, (N,)."""
     lost: int
-    """Scans in which the robot was lost ..."""
+    """Number of scans in which the robot was lost."""
     odometry_only: int
-    """... or which were matched and said nothing that could be trusted."""
+    """Number of scans that were matched but rejected."""
     times: FloatArray
     """Seconds of processor time of every update, (N,)."""
     map_points: FloatArray
-    """Surfels after every scan, (N,) ..."""
+    """Number of surfels after every scan, (N,)."""
     map_bytes: FloatArray
-    """... and the memory of the map, (N,)."""
+    """Memory of the map after every scan, bytes, (N,)."""
 
     @property
     def offsets(self) -> FloatArray:
-        """Estimate less truth, (N, 3)."""
+        """Estimate minus truth, (N, 3)."""
         return _offsets(self.poses, self.truth)
 
     @property
     def odometry_offsets(self) -> FloatArray:
-        """Odometry less truth, (N, 3)."""
+        """Odometry minus truth, (N, 3)."""
         return _offsets(self.odometry, self.truth)
 
     @property
     def true_heading_offsets(self) -> FloatArray:
-        """Offsets (N, 3) of an odometry whose heading is always right: the error of its way alone."""
+        """Offsets (N, 3) of an odometry with the true heading: the error of its distances alone."""
         steps = relative_poses(self.odometry[:-1], self.odometry[1:])
         c, s = np.cos(self.truth[:-1, 2]), np.sin(self.truth[:-1, 2])
         moves = np.column_stack([c * steps[:, 0] - s * steps[:, 1], s * steps[:, 0] + c * steps[:, 1]])
@@ -118,7 +118,7 @@ class SimRun:
     def normalised_errors(self) -> FloatArray:
         """Squared Mahalanobis distances of all estimates but the first from the truth, (N - 1,).
 
-        They are chi-square of three degrees of freedom where the covariance is right.
+        They are chi-square with three degrees of freedom if the covariance is correct.
         """
         offsets = self.offsets[1:]
         weighed = np.linalg.solve(self.covariances[1:], offsets[..., None])[..., 0]
@@ -128,7 +128,7 @@ class SimRun:
 def run_scenario(
     name: str, seed: int, settings: tuple[str, ...], hour: bool = False, allow_modules: tuple[str, ...] = ()
 ) -> SimRun:
-    """Drive the shipped scenario with this seed; with ``hour`` around its route for an hour."""
+    """Drive the shipped scenario with this seed; with ``hour``, drive around its route for one hour."""
     scenario = load_scenario(name, [CASTER, *settings, f"seed={seed}"], allow_modules)
     if hour:
         laps = scenario.route.model_copy(update={"waypoints": 100 * scenario.route.waypoints})
@@ -154,7 +154,7 @@ def run_scenario(
 
 
 def repeating_command(name: str, seed: int, settings: tuple[str, ...] = (), allow_modules: tuple[str, ...] = ()) -> str:
-    """Shell command that repeats the run of ``run_scenario`` with these arguments, to the bit."""
+    """Return the shell command that repeats ``run_scenario`` with these arguments, bit for bit."""
     words = [word for text in (CASTER, *settings) for word in ("--set", text)]
     words += [word for module in allow_modules for word in ("--allow-module", module)]
     return shlex.join(["hopslam", "run", name, "--seed", str(seed), *words])

@@ -1,7 +1,7 @@
-"""``hopslam bench slam``: errors and costs on recorded logs, beside raw odometry and what other systems reach.
+"""``hopslam bench slam``: errors and costs on recorded logs, compared with raw odometry and other systems.
 
-PEERS are measurements of LaMa, Karto, GMapping and others built from their own sources and run on these logs; of every
-measure the best of them. The relations are those of Kuemmerle et al. 2009, the references GMapping's.
+PEERS are the best results of LaMa, Karto, GMapping and others, built from their own sources and run on these logs. The
+relations are those of Kuemmerle et al. 2009, the references GMapping's.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ PEERS: Final = {
 
 
 def slam_tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
-    """Run the logs of these names in the folder, all without a name; those not there are skipped."""
+    """Run the logs of these names in the folder, or all; missing ones are skipped."""
     asked = list(names) or list(LOGS)
     paths = {name: folder / LOGS.get(name, name) for name in asked}
     for name, path in paths.items():

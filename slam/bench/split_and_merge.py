@@ -19,9 +19,9 @@ class SplitAndMerge:
     """Settings, by default the best found on TUNING_SEEDS at noise spec/3; lengths in metres."""
 
     max_distance: float = 0.09
-    """A piece is split at its farthest point while that is farther than this, in metres, from the line of its ends."""
+    """A piece is split at its farthest point if that is farther than this, metres, from the line of its ends."""
     merge_distance: float = 0.09
-    """Neighbours are merged when no point is then farther than this from the line through all."""
+    """Neighbours are merged if no point is then farther than this from the common line, metres."""
     gap: float = 0.04
     """Neighbouring points farther apart than this, plus ``gap_share`` of their range, are on different walls."""
     gap_share: float = 0.06
@@ -29,7 +29,10 @@ class SplitAndMerge:
     min_length: float = 0.15
 
     def __call__(self, scan: LaserScan) -> Segments:
-        """Extract the segments of a scan, sensor frame; each ends at the feet of its end points on its fitted line."""
+        """Extract the segments of a scan, sensor frame.
+
+        Each ends at the projections of its end points on its fitted line.
+        """
         points = scan.points()
         runs, lines = _split_and_merge(
             points, self.max_distance, self.merge_distance, self.gap, self.gap_share, self.min_points, self.min_length
@@ -38,7 +41,7 @@ class SplitAndMerge:
 
 
 def segments_of(points: FloatArray, runs: IntArray, lines: FloatArray) -> Segments:
-    """Segments of runs (M, 2) of points (N, 2) and their lines (rho, theta), shape (M, 2)."""
+    """Return segments of runs (M, 2) of points (N, 2) and their lines (rho, theta), shape (M, 2)."""
     rho, theta = lines.T
     normals = unit_vectors(theta)
     start, end = (
@@ -52,7 +55,7 @@ def _split_and_merge(
     points: FloatArray, max_distance: float, merge_distance: float, gap: float, gap_share: float, min_points: int,
     min_length: float,
 ) -> tuple[IntArray, FloatArray]:  # fmt: skip
-    """Runs (M, 2), both ends included, and their (rho, theta), shape (M, 2)."""
+    """Return runs (M, 2), both ends included, and their (rho, theta), shape (M, 2)."""
     N = len(points)
     runs = np.empty((N + 1, 2), np.int64)
     M = begin = 0
@@ -77,7 +80,7 @@ def _split_and_merge(
 
 @compiled
 def _is_gap(points: FloatArray, j: int, gap: float, gap_share: float) -> bool:
-    """True where the points before j and at j are on different walls."""
+    """Return True if the points before j and at j are on different walls."""
     step = np.hypot(points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1])
     reach = min(np.hypot(points[j, 0], points[j, 1]), np.hypot(points[j - 1, 0], points[j - 1, 1]))
     return bool(step > gap + gap_share * reach)
@@ -85,7 +88,10 @@ def _is_gap(points: FloatArray, j: int, gap: float, gap_share: float) -> bool:
 
 @compiled
 def _split(points: FloatArray, first: int, last: int, max_distance: float, runs: IntArray) -> int:
-    """End-point fit of ``first`` to ``last``, from left to right without recursion; writes runs, returns how many."""
+    """Split ``first`` to ``last`` by end-point fit, from left to right without recursion.
+
+    It writes the runs, and returns their number.
+    """
     stack = np.empty(last - first + 2, np.int64)
     stack[0] = last
     depth, begin, count = 1, first, 0
@@ -105,7 +111,7 @@ def _split(points: FloatArray, first: int, last: int, max_distance: float, runs:
 
 @compiled
 def _farthest(points: FloatArray, first: int, last: int) -> tuple[int, float]:
-    """The inner point farthest from the line through the end points, and its distance."""
+    """Return the inner point farthest from the line through the end points, and its distance."""
     dx, dy = points[last, 0] - points[first, 0], points[last, 1] - points[first, 1]
     length = np.hypot(dx, dy)
     at, largest = first, 0.0
@@ -119,7 +125,7 @@ def _farthest(points: FloatArray, first: int, last: int) -> tuple[int, float]:
 
 @compiled
 def _merge(points: FloatArray, runs: IntArray, merge_distance: float) -> int:
-    """Merges neighbours among the runs (M, 2) in place, from the left; returns how many are left."""
+    """Merge neighbours among the runs (M, 2) in place, from the left; return the number of runs left."""
     count = 0
     for m in range(1, len(runs)):
         rho, theta = fitted_line(points, runs[count, 0], runs[m, 1])
@@ -139,7 +145,7 @@ def _merge(points: FloatArray, runs: IntArray, merge_distance: float) -> int:
 
 @compiled
 def fitted_line(points: FloatArray, first: int, last: int) -> tuple[float, float]:
-    """(rho, theta), rho >= 0, of the total-least-squares line through the points ``first`` to ``last``."""
+    """Return (rho, theta), rho >= 0, of the total-least-squares line through the points ``first`` to ``last``."""
     x, y = points[first : last + 1, 0].mean(), points[first : last + 1, 1].mean()
     xx = xy = yy = 0.0
     for j in range(first, last + 1):

@@ -21,7 +21,7 @@ _TARGETS: Final = {"hopslam --help": 0.4, "first scan": 3.0}
 
 
 def start_up_table(scenario: str, repeats: int, console: Terminal, allow_modules: Sequence[str] = ()) -> ResultTable:
-    """Time each start in a process of its own, after one that warms the caches and is not counted."""
+    """Time each start in a new process, after one that warms the caches and is not counted."""
     allow_options = [word for name in allow_modules for word in ("--allow-module", name)]
     measures: dict[str, Callable[[], float]] = {
         "hopslam --help": _help,
@@ -33,7 +33,7 @@ def start_up_table(scenario: str, repeats: int, console: Terminal, allow_modules
             _, *seconds = [measure() for _ in bar.track(range(repeats + 1), description=name)]
         seconds.sort()
         rows.append([name, *(f"{value:.2f}" for value in (seconds[0], seconds[repeats // 2], _TARGETS[name]))])
-    columns = ("", "least s", "median s", "bar s")
+    columns = ("", "least s", "median s", "target s")
     notes = "wall time, from the start of the process"
     return ResultTable(f"Start-up: {scenario}, {repeats} times", columns, rows, notes)
 
@@ -45,7 +45,7 @@ def _help() -> float:
 
 
 def _first_scan(scenario: str, allow_options: Sequence[str]) -> float:
-    """Seconds until a run has written its first pose; the run is then ended."""
+    """Return the seconds until a run has written its first pose; then end the run."""
     with TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         poses = out / "trajectory.tum"

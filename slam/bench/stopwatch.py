@@ -16,17 +16,17 @@ def seconds(function: Callable[[], object]) -> float:
 
 
 def median_seconds(function: Callable[[], object], repeats: int) -> float:
-    """Median over so many calls, after one that is not counted: it compiles, and fills the caches."""
+    """Return the median time of ``repeats`` calls, after one that is not counted: it compiles, and fills the caches."""
     function()
     return float(np.median([seconds(function) for _ in range(repeats)]))
 
 
 def milliseconds(times: FloatArray) -> tuple[str, str]:
-    """Median and 99th percentile of times in seconds, as text in milliseconds."""
+    """Format median and 99th percentile of times in seconds as milliseconds."""
     return f"{1e3 * np.median(times):.3f}", f"{1e3 * np.percentile(times, 99):.2f}"
 
 
 def microseconds(times: FloatArray, reference: float, digits: int = 0) -> tuple[str, str, str]:
-    """Median and 99th percentile of times in seconds, as text in microseconds; the median over the reference."""
+    """Format median and 99th percentile of times in seconds as microseconds, and the median over the reference."""
     median, p99 = np.median(times), np.percentile(times, 99)
     return f"{1e6 * median:.{digits}f}", f"{1e6 * p99:.{digits}f}", f"{median / reference:.1f}"

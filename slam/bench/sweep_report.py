@@ -12,7 +12,8 @@ from slam.sweep.executor import Executor
 from slam.sweep.process_pool import ProcessPool
 
 TURNS: Final = 5
-"""Turns of all executors. As the load of a machine varies, ratios are taken within a turn, and the median is shown."""
+"""Number of turns of all executors. As the load of a machine varies, ratios are taken within a turn, and the median is
+shown."""
 
 
 def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTable]:
@@ -32,11 +33,12 @@ def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTabl
     yield ResultTable("Sweeps, one job and two at a time", columns, rows, notes)
     with console.waiting("10,000 rows"):
         held = [(f"{count:,}", f"{memory_of_rows(count):.0f}") for count in (100, 1000, 10_000)]
-    yield ResultTable("Memory of the driver", ("rows", "MB"), held, "Of simulated runs, after the last one.")
+    notes = "The most that it held until the last of so many rows, of simulated runs."
+    yield ResultTable("Memory of the driver", ("rows", "MB"), held, notes)
 
 
 def _rows(name: str, turns: Sequence[tuple[float, SweepSpeed, SweepSpeed]]) -> list[tuple[str, ...]]:
-    """One job, two, and the additions."""
+    """One job, two jobs, and the additions."""
     additions, one, two = zip(*turns, strict=True)
     ones, twos = _speed(one), _speed(two)
     ratios = [b.rate / a.rate for a, b in zip(one, two, strict=True)]
@@ -52,13 +54,13 @@ def _ratio(ratios: Sequence[float]) -> tuple[str, str]:
 
 
 def _speed(speeds: Sequence[SweepSpeed]) -> tuple[str, str, str]:
-    """Runs a second, the driver's share in percent, the overhead: medians."""
+    """Medians of the runs per second, the driver's share in percent, and the overhead."""
     rate, driver, overhead = (median(values) for values in zip(*map(astuple, speeds), strict=True))
     return f"{rate:.2f}", f"{100 * driver:.1f}", f"{overhead:.3f}"
 
 
 def _executors(ray: bool) -> Mapping[str, Callable[[str, int], Executor]]:
-    """Functions that make an executor from the address of the runs and a number of jobs."""
+    """Functions that make an executor from the URL of the runs and a number of jobs."""
     executors: dict[str, Callable[[str, int], Executor]] = {"pool": lambda runs, jobs: ProcessPool(jobs, runs, False)}
     if ray:
         from slam.sweep.ray_cluster import LOCAL, RayCluster

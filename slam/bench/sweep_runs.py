@@ -1,6 +1,5 @@
-"""Cost of sweeping itself: runs a second by the number of jobs, the driver's share, its memory."""
+"""Cost of a sweep itself: runs per second by the number of jobs, the driver's share, its memory."""
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -8,7 +7,6 @@ from dataclasses import dataclass
 from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 from typing import Final
@@ -20,9 +18,10 @@ from slam.sweep.make_plan import make_plan
 from slam.sweep.result_rows import job_columns
 from slam.sweep.result_store import ResultStore
 from slam.sweep.scheduler import Scheduler
+from slam.system import peak_memory
 
 _ADDING_TIME: Final = 4.0
-"""Seconds."""
+"""Simulated seconds per run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,15 +29,15 @@ class SweepSpeed:
     """Speed of a warm executor with some number of jobs at a time."""
 
     rate: float
-    """Runs a second."""
+    """Runs per second."""
     driver: float
-    """Share of one core that the driver takes."""
+    """Share of one core that the driver uses."""
     overhead: float
-    """Seconds of a worker that a run costs besides those in which the robot drives."""
+    """Seconds that a run costs a worker in addition to the drive."""
 
 
 def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int) -> SweepSpeed:
-    """Measure the executor that ``make`` gives for the address of the runs and a number of jobs."""
+    """Measure the executor that ``make`` returns for the URL of the runs and a number of jobs."""
     with TemporaryDirectory() as here, closing(make(f"{here}/runs", at_a_time)) as executor:
         jobs, store = _jobs(runs + at_a_time, duration=30.0), ResultStore(Folder(here))
         _warm(executor, list(islice(jobs, at_a_time)))
@@ -50,22 +49,21 @@ def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int)
 
 
 def memory_of_rows(count: int) -> float:
-    """Megabytes that this process holds after so many rows, of runs that are only made up."""
+    """Return the peak memory of this process, megabytes, after ``rows`` artificial rows."""
     with TemporaryDirectory() as here:
         store = ResultStore(Folder(here))
         Scheduler(_FakeExecutor(), store, retry=0, show=lambda done, failed: None).run(_jobs(count, duration=1.0))
         assert len(store.done()) == count
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+    return 1e-6 * peak_memory()
 
 
 def arithmetic_ratio() -> float:
-    """Ratio of the additions that two processes do to those of one: the best that any sweep can reach here."""
+    """Return the additions that two processes do over those of one: the best ratio that any sweep can reach here."""
     return _additions(2) / _additions(1)
 
 
 class _FakeExecutor:
-    """Executor that makes rows up, as wide as real ones."""
+    """Executor that makes artificial rows, as wide as real ones."""
 
     def __init__(self) -> None:
         self._jobs: deque[Job] = deque()
@@ -92,13 +90,13 @@ class _FakeExecutor:
 
 
 def _jobs(count: int, duration: float) -> Iterator[Job]:
-    """Jobs of the paper's world with this project's method, at most so many simulated seconds long."""
+    """Make jobs of the paper's world with this project's method, at most this number of simulated seconds long."""
     changes = {"seeds": f"0:{count}", "modes": ["hopslam"], "settings": {"duration": duration}}
     return make_plan(["paper_simulation"], changes).jobs()
 
 
 def _warm(executor: Executor, jobs: list[Job]) -> None:
-    """Do a first run in each worker, which loads what runs need."""
+    """Finish a first run in each worker, which loads what runs need."""
     for job in jobs:
         executor.submit(job)
     while executor.busy:
@@ -106,14 +104,14 @@ def _warm(executor: Executor, jobs: list[Job]) -> None:
 
 
 def _additions(processes: int) -> float:
-    """Additions of all the processes together, in the same seconds."""
+    """Count the additions of all processes together, in the same seconds."""
     context = get_context("spawn")
     pipes = [context.Pipe() for _ in range(processes)]
     workers = [context.Process(target=_add, args=(far,)) for _, far in pipes]
     for worker in workers:
         worker.start()
     for near, _ in pipes:
-        near.recv_bytes()  # it is there
+        near.recv_bytes()  # it has started
     for near, _ in pipes:
         near.send_bytes(b"go")
     done = sum(int(near.recv_bytes()) for near, _ in pipes)

@@ -28,7 +28,7 @@ _TARGETS: Final = "bars: 0.5 ms and 7 kB a scan, with --rerun FILE"
 
 
 class _EnoughScans(Exception):
-    """The number of scans asked for was driven."""
+    """Ends the run after the requested number of scans."""
 
 
 class ViewerCost(NamedTuple):
@@ -37,16 +37,16 @@ class ViewerCost(NamedTuple):
     name: str
     scans: int
     seconds: Sequence[float]
-    """Time that the loop spent in the viewer, scan by scan."""
+    """Time that the loop spent in the viewer, for each scan."""
     close: float
-    """Seconds to hand on the rest in the end."""
+    """Seconds to write the rest at the end."""
     cpu: float
-    """Seconds of all that, as the thread of the loop was busy with it: other programs do not count."""
+    """Processor seconds of the loop's thread for all of that."""
     size: int = 0
-    """Bytes of the file."""
+    """Size of the file, bytes."""
 
     def row(self) -> list[str]:
-        """Cells of the table."""
+        """Return the cells of the table."""
         total = 1e3 * (sum(self.seconds) + self.close) / self.scans
         worst = 1e3 * max(self.seconds[1:])
         size = f"{self.size / self.scans / 1e3:.2f}" if self.size else "-"
@@ -57,7 +57,7 @@ class ViewerCost(NamedTuple):
 
 
 def viewer_table(scenario: Scenario, scans: int, console: Terminal) -> ResultTable:
-    """Drive the scenario again for each row, by the same seed; live rows go at 10 Hz for so many scans."""
+    """Drive the scenario again for each row, with the same seed; live rows run at 10 Hz for ``scans`` scans."""
     warm_up(console, scenario.slam)
     with TemporaryDirectory() as folder, console.progress() as bar:
         costs = _costs(scenario, scans, Path(folder) / "run.rrd")
@@ -110,7 +110,7 @@ def _measured(
 
 @dataclass
 class _Stopwatch:
-    """Times another watcher, keeps the pace, kills a viewer half way, and ends the run."""
+    """Measures another watcher, keeps the pace, kills a viewer half way, and ends the run."""
 
     watcher: RunViewer
     scans: int | None

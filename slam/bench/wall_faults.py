@@ -1,4 +1,4 @@
-"""Faults of a line map that show without any truth: walls along their own beams, side by side, in pieces, unseen.
+"""Faults of a line map that are visible without ground truth: walls along their own beams, duplicates, unseen walls.
 
 Lines are (M, 2, 2), [line, start or end, x or y], each with the lidar's side to its left; metres.
 """
@@ -13,41 +13,41 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 PIECE: Final = 0.05
-"""Metres: lines are looked at in pieces no longer than this."""
+"""Longest piece of a line that is checked, metres."""
 ON_LINE: Final = 0.10
-"""Metres from a line up to which an echo comes from it."""
+"""Largest distance of an echo from the line that it belongs to, metres."""
 GRAZING: Final = float(np.cos(np.radians(5.0)))
-"""Cosine between a line and a beam along it, at least."""
+"""Least cosine between a line and a beam along it."""
 RADIAL: Final = 0.3
-"""Metres of a line that can be called radial, at least: a shorter one has no sure direction."""
+"""Least length of a radial line, metres: the direction of a shorter one is uncertain."""
 BESIDE: Final = 0.30
-"""Metres between two lines that show one wall, at most ..."""
+"""Largest distance of two lines that show one wall, metres."""
 SAME_WAY: Final = float(np.cos(np.radians(10.0)))
-"""... and the cosine between them, at least."""
+"""Least cosine between two lines that show one wall."""
 
 
 class WallFaults(NamedTuple):
     """Metres of a line map that look wrong."""
 
     length: float
-    """All of it."""
+    """Length of all lines, metres."""
     radial: float
-    """Lines most of whose echoes came from beams along them: fans where beams graze clutter."""
+    """Metres of lines most of whose echoes came from beams along them: fans where beams graze clutter."""
     parallel: float
-    """Pieces beside a longer line that faces the same way: walls drawn twice, and bands of strokes."""
+    """Metres of pieces beside a longer line that faces the same way: walls drawn twice, and bands of strokes."""
     unseen: float
-    """Pieces from which no echo came."""
+    """Metres of pieces without an echo."""
     lines: int
     """Number of lines."""
 
     @property
     def lines_per_metre(self) -> float:
-        """Pieces in which a metre of wall is drawn."""
+        """Pieces per metre of wall."""
         return self.lines / self.length if self.length > 0.0 else 0.0
 
 
 def wall_faults(lines: FloatArray, points: FloatArray, origins: FloatArray) -> WallFaults:
-    """Measure the lines beside the echoes at ``points`` (K, 2) of beams from ``origins`` (K, 2)."""
+    """Measure the lines against the echoes at ``points`` (K, 2) of beams from ``origins`` (K, 2)."""
     lengths = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
     of_piece, middles = _pieces(lines)
     piece_lengths = lengths[of_piece] / np.bincount(of_piece, minlength=len(lines))[of_piece]
@@ -62,37 +62,37 @@ def wall_faults(lines: FloatArray, points: FloatArray, origins: FloatArray) -> W
 
 
 def radial_lines(lines: FloatArray, points: FloatArray, origins: FloatArray) -> NDArray[np.bool_]:
-    """True for the lines of RADIAL and more that lie along most of the beams whose echo is nearest to them, (M,)."""
+    """Return True for the lines of RADIAL and more that lie along most of the beams with the nearest echoes, (M,)."""
     if not len(lines) or not len(points):
         return np.zeros(len(lines), np.bool_)
     of_piece, middles = _pieces(lines)
     distance, nearest = cKDTree(middles).query(points, distance_upper_bound=ON_LINE + PIECE / 2)
     hit = np.isfinite(distance)
     line = of_piece[nearest[hit]]
-    beams, ways = points[hit] - origins[hit], (lines[:, 1] - lines[:, 0])[line]
-    along = np.abs(np.sum(beams * ways, axis=1)) >= GRAZING * np.hypot(*beams.T) * np.hypot(*ways.T)
+    beams, directions = points[hit] - origins[hit], (lines[:, 1] - lines[:, 0])[line]
+    along = np.abs(np.sum(beams * directions, axis=1)) >= GRAZING * np.hypot(*beams.T) * np.hypot(*directions.T)
     echoes, radial = np.bincount(line, minlength=len(lines)), np.bincount(line[along], minlength=len(lines))
     long_enough = np.hypot(*(lines[:, 1] - lines[:, 0]).T) >= RADIAL
     return np.asarray((2 * radial > echoes) & long_enough)
 
 
 def _beside_longer(lines: FloatArray, of_piece: IntArray, middles: FloatArray) -> NDArray[np.bool_]:
-    """True for the pieces beside a line that is longer than theirs, or as long and before it, (P,)."""
-    ways = lines[:, 1] - lines[:, 0]
-    lengths = np.hypot(*ways.T)
-    ways = ways / np.maximum(lengths, 1e-12)[:, None]
+    """Return True for the pieces beside a line that is longer than theirs, or equally long and before it, (P,)."""
+    directions = lines[:, 1] - lines[:, 0]
+    lengths = np.hypot(*directions.T)
+    directions = directions / np.maximum(lengths, 1e-12)[:, None]
     rank = np.argsort(np.argsort(-lengths, kind="stable"))
     beside = np.zeros(len(middles), np.bool_)
-    for m, (start, way) in enumerate(zip(lines[:, 0], ways, strict=True)):
+    for m, (start, direction) in enumerate(zip(lines[:, 0], directions, strict=True)):
         to_piece = middles - start
-        along, across = to_piece @ way, to_piece @ np.array([-way[1], way[0]])
-        same = (ways @ way >= SAME_WAY) & (rank > rank[m])
+        along, across = to_piece @ direction, to_piece @ np.array([-direction[1], direction[0]])
+        same = (directions @ direction >= SAME_WAY) & (rank > rank[m])
         beside |= same[of_piece] & (along > 0.0) & (along < lengths[m]) & (np.abs(across) <= BESIDE)
     return beside
 
 
 def _pieces(lines: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The line of every piece, (P,), and the middle of the piece, (P, 2)."""
+    """Return the line of every piece, (P,), and the middle of the piece, (P, 2)."""
     counts = np.ceil(np.hypot(*(lines[:, 1] - lines[:, 0]).T) / PIECE).astype(np.int64)
     line = np.repeat(np.arange(len(lines)), counts)
     place = np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -101,5 +101,5 @@ def _pieces(lines: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def _distances(places: FloatArray, points: FloatArray) -> FloatArray:
-    """Distance of every place from the nearest point; infinite without one."""
+    """Return the distance of every position from the nearest point; infinite without one."""
     return np.asarray(cKDTree(points).query(places)[0] if len(points) else np.full(len(places), np.inf))

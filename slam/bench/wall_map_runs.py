@@ -26,13 +26,13 @@ OURS: Final = "ours"
 ALL_SEGMENTS: Final = "all segments"
 SPLIT_AND_MERGE: Final = "split-and-merge"
 WAYS: Final = (OURS, ALL_SEGMENTS, SPLIT_AND_MERGE)
-"""Ways to make a line map: this method's own; every segment of every mapped scan, as the paper keeps them; segments by
+"""Line maps: this method's own; every segment of every mapped scan, as the paper keeps them; segments by
 split-and-merge, merged. All from the same scans and estimated poses."""
 
 
 @dataclass
 class _OtherMaps:
-    """Watcher that makes the other line maps on the way."""
+    """Watcher that makes the other line maps during the run."""
 
     T_base_laser: Pose2D
     all_segments: LineMap = field(default_factory=LineMap)
@@ -40,7 +40,7 @@ class _OtherMaps:
     split: SplitAndMerge = field(default_factory=SplitAndMerge)
 
     def on_step(self, step: Step) -> None:
-        """Add the scan where it was mapped."""
+        """Add the scan if it was mapped."""
         observation, estimate = step.observation, step.estimate
         if estimate.segments is None:
             return
@@ -78,7 +78,7 @@ def run_wall_map(name: str, seed: int, settings: Sequence[str], allow_modules: S
 
 
 def total_score(scores: Sequence[WallScore]) -> WallScore:
-    """The score of many runs together: sums of lengths, all errors, and the longest phantom."""
+    """Add up the scores of many runs: sums of lengths, all errors, and the longest phantom."""
     mapped, right, seen, found = np.array([score[:4] for score in scores]).sum(axis=0)
     return WallScore(
         float(mapped),

@@ -1,4 +1,4 @@
-"""``hopslam bench walls``: the line map against the true walls, beside other ways to make one of the same poses."""
+"""``hopslam bench walls``: the line map against the true walls, compared with other line maps of the same poses."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -24,7 +24,7 @@ def wall_tables(
     console: Terminal,
     allow_modules: tuple[str, ...] = (),
 ) -> list[ResultTable]:
-    """Drive every scenario, shipped or a file, four without a name, with these seeds."""
+    """Drive every scenario, shipped or a file, by default four, with these seeds."""
     run = partial(run_wall_map, settings=(CASTER, *settings), allow_modules=allow_modules)
     again = partial(repeating_command, settings=settings, allow_modules=allow_modules)
     jobs = list(product(names or SCENARIOS, seeds))
@@ -67,7 +67,7 @@ def _shares(score: WallScore) -> tuple[str, str]:
 
 
 def _worst_table(groups: dict[str, list[tuple[int, WallMapRun]]], again: Callable[[str, int], str]) -> ResultTable:
-    """The run of each scenario with the longest phantom, of equals with the least precision, and its command."""
+    """Return the run of each scenario with the longest phantom, of equals with the least precision, and its command."""
     columns = ("scenario, seed", "ending", "precision", "recall", "free air\nm", "phantom\nm", "command")
     rows = []
     for name, runs in groups.items():

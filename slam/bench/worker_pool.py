@@ -1,17 +1,19 @@
-"""Runs the jobs of a benchmark in processes of their own, which end with the benchmark, however that ends."""
+"""Runs the jobs of a benchmark in separate processes, which always end with the benchmark."""
 
 import os
+import signal
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
-from signal import SIGKILL, SIGTERM, signal
 from threading import Thread
 from types import FrameType
 from typing import Any, Final, TypeVar
 
 from slam.console.terminal import Terminal
+from slam.system import leave_terminal
 
 WORKERS: Final = 2
 R = TypeVar("R")
@@ -24,9 +26,9 @@ def run_in_workers(
     console: Terminal,
     workers: int = WORKERS,
 ) -> list[R]:
-    """Results of the function for these arguments, in their order.
+    """Return the results of the function for these arguments, in their order.
 
-    A bar shows how many there are. The first error ends all jobs.
+    A bar shows the number of finished jobs. The first error ends all jobs.
     """
     with _worker_pool(workers) as pool:
         futures = [pool.submit(function, *job) for job in jobs]
@@ -39,7 +41,7 @@ def run_in_workers(
 def _as_completed(futures: Iterable["Future[R]"]) -> Iterator["Future[R]"]:
     """Yield each future when it is done.
 
-    It wakes up twice a second: Python handles a signal that comes just before an endless wait only after that wait.
+    It wakes up twice a second: Python delays a signal that arrives just before an endless wait until after that wait.
     """
     waiting = set(futures)
     while waiting:
@@ -49,13 +51,14 @@ def _as_completed(futures: Iterable["Future[R]"]) -> Iterator["Future[R]"]:
 
 @contextmanager
 def _worker_pool(size: int) -> Iterator[ProcessPoolExecutor]:
-    """Worker processes for the block. Where an error or a signal leaves it, they end at once, even in a job.
+    """Run worker processes for the block. If an error or a signal leaves it, they end at once, even in a job.
 
-    Each worker leads a process group, so that Ctrl-C is for the benchmark alone, and holds one end of a pipe. When the
-    other end is closed, or this process is gone, the worker kills its group: itself and all that its job has started.
-    It does so on SIGTERM too, which the executor sends to the other workers as soon as it sees that one has ended.
+    Each worker leads a session, so that Ctrl-C reaches the benchmark alone, and holds one end of a pipe. When the
+    other end is closed, or this process is gone, the worker kills its group: itself and everything that its job has
+    started. It does so on SIGTERM too, which the executor sends to the other workers as soon as one has ended.
     """
-    near_end, far_end = Pipe()
+    ends: tuple[Any, Any] = Pipe()  # of a class that depends on the system
+    near_end, far_end = ends
     with near_end, far_end, ProcessPoolExecutor(size, initializer=_join_pool, initargs=(near_end, far_end)) as pool:
         try:
             yield pool
@@ -65,8 +68,8 @@ def _worker_pool(size: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _join_pool(near_end: Connection, far_end: Connection) -> None:
-    os.setpgid(0, 0)
-    signal(SIGTERM, _kill_group)
+    leave_terminal()
+    signal.signal(signal.SIGTERM, _kill_group)
     near_end.close()  # the benchmark's alone, so that its death closes the pipe
     Thread(target=_end_with, args=(far_end,), daemon=True).start()
 
@@ -77,5 +80,7 @@ def _end_with(pipe: Connection) -> None:
     _kill_group()
 
 
-def _kill_group(_number: int = SIGTERM, _frame: FrameType | None = None) -> None:
-    os.killpg(0, SIGKILL)
+def _kill_group(_number: int = signal.SIGTERM, _frame: FrameType | None = None) -> None:
+    if sys.platform != "win32":
+        os.killpg(0, signal.SIGKILL)
+    os._exit(1)  # Windows has no groups; what a job has started ends with its standard input

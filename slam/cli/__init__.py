@@ -1,1 +1,1 @@
-"""One file a command, or a few that belong together: options, help, examples."""
+"""One file per command, or per group of related commands: options, help, examples."""

@@ -1,4 +1,4 @@
-"""``hopslam bench``: the table of its commands, and what they share."""
+"""``hopslam bench``: the table of its commands, and their common functions."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ BENCHES: Final = {
     "hardware": "hardware.cli.bench_hardware:bench_hardware",
     "policy": "hardware.cli.bench_policy:bench_policy",
 }
-"""Every benchmark by its name: the place of its function."""
+"""Every benchmark by its name, with the place of its function."""
 app = typer.Typer(cls=lazy_group(BENCHES), no_args_is_help=True, add_completion=False)
 console = Terminal()
 
@@ -47,14 +47,14 @@ def _bench() -> None:
 
 
 def use_one_thread() -> None:
-    """Let numpy use one thread, where it is not imported yet: its threads wait for each other."""
+    """Let numpy use one thread, if it is not imported yet: its threads wait for each other."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def print_tables(tables: Iterable[ResultTable], path: Path | None = None, title: str = "") -> None:
     """Print tables as they come, then write them to a Markdown file, if its path is given.
 
-    InputError when the file cannot be written, StorageError where the disk fails.
+    InputError if the file cannot be written, StorageError if the disk fails.
     """
     printed = []
     for table in tables:

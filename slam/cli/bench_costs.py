@@ -1,4 +1,4 @@
-"""``hopslam bench`` of what a user waits for: sweep, viewer, start and topics."""
+"""``hopslam bench`` sweep, viewer, start and ros: times that a user waits for."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,18 +8,21 @@ import typer
 from slam.cli.bench import console, print_tables
 from slam.console.options import AllowModules, ScenarioName, complete_scenario
 
-BenchScenario = Annotated[str, typer.Option(help="Scenario to drive about in.", autocompletion=complete_scenario)]
+BenchScenario = Annotated[str, typer.Option(help="Scenario to drive in.", autocompletion=complete_scenario)]
 
 
 def bench_sweep(
     runs: Annotated[
         int, typer.Option(min=2, help="Runs of each executor, with one job and with two, in each of five turns.")
     ] = 15,
-    ray: Annotated[bool, typer.Option("--ray/--no-ray", help="Ray too: pip install 'hopslam\\[cluster]'.")] = True,
+    ray: Annotated[
+        bool, typer.Option("--ray/--no-ray", help="Also run on Ray: pip install 'hopslam\\[cluster]'.")
+    ] = True,
 ) -> None:
-    """Measure sweeps: runs a second with one job and with two, the driver's share of a core, overhead, memory.
+    """Measure sweeps: runs per second with one and two jobs, the driver's share of a core, overhead, memory.
 
-    Some minutes. Quiet machines give better numbers: what two processes can do at all is measured in the same run.
+    Takes some minutes. An idle machine gives better numbers; the same run measures the speed-up of two processes
+    without sweeps.
 
     [bold]Examples[/bold]
 
@@ -37,7 +40,7 @@ def bench_viewer(
     scans: Annotated[int, typer.Option(min=10, help="Scans for each row, at 10 Hz.")] = 150,
     allow_modules: AllowModules = None,
 ) -> None:
-    """Measure what --rerun costs: milliseconds and kilobytes a scan, in a file, and live when nobody looks.
+    """Measure the cost of --rerun: milliseconds and kilobytes per scan, for a file, with and without a viewer.
 
     Takes about two minutes.
 
@@ -55,10 +58,10 @@ def bench_viewer(
 
 def bench_start(
     scenario: ScenarioName = "corridor",
-    repeats: Annotated[int, typer.Option(min=1, help="Starts of each kind.")] = 5,
+    repeats: Annotated[int, typer.Option(min=1, help="Number of starts of each kind.")] = 5,
     allow_modules: AllowModules = None,
 ) -> None:
-    """Measure how long a user waits: for the help, and for the first scan of a run, with warm caches.
+    """Measure the start-up time of the help, and of a run until its first scan, with warm caches.
 
     [bold]Examples[/bold]
 
@@ -73,13 +76,13 @@ def bench_start(
 
 def bench_ros(
     pythons: Annotated[
-        list[Path], typer.Argument(metavar="PYTHON...", help="Pythons that have rclpy, each of its own ROS 2.")
+        list[Path], typer.Argument(metavar="PYTHON...", help="Python programs with rclpy, one for each ROS 2.")
     ],
     scenario: BenchScenario = "corridor",
-    seconds: Annotated[float, typer.Option(min=1.0, help="Time to drive about, in real time.")] = 60.0,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Time to drive, in real time.")] = 60.0,
     allow_modules: AllowModules = None,
 ) -> None:
-    """Measure --ros: scans that rclpy loses, how old they are at its callback, and what publishing takes the loop.
+    """Measure --ros: scans that rclpy loses, their ages at its callback, and the loop's time for publishing.
 
     [bold]Examples[/bold]
 
@@ -90,5 +93,5 @@ def bench_ros(
     from slam.bench.ros_report import ros_table
     from slam.scenario.file import load_scenario
 
-    settings = ["physics.engine=plan", "slam.loops=never"]  # a simulated robot waits where a loop is closed
+    settings = ["physics.engine=plan", "slam.loops=never"]  # a simulated robot waits until the loop is closed
     print_tables([ros_table(load_scenario(scenario, settings, allow_modules or []), pythons, seconds, console)])

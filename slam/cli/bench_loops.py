@@ -13,7 +13,7 @@ from slam.errors import InputError
 def bench_loops(
     parts: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[PART]...", help="logs, sim, blocks, stress, hour; the first three without one."),
+        typer.Argument(metavar="[PART]...", help="logs, sim, blocks, stress, hour; default: the first three."),
     ] = None,
     logs: Annotated[
         list[str] | None,
@@ -26,24 +26,26 @@ def bench_loops(
     ] = None,
     seeds: Annotated[
         int | None,
-        typer.Option(min=0, help="Runs; else 8 of aces with noise, 10 drives around each loop, 5 of each variant."),
+        typer.Option(
+            min=0, help="Number of runs; default: 8 of aces with noise, 10 drives around each loop, 5 of each variant."
+        ),
     ] = None,
     stress: Annotated[bool, typer.Option("--stress", help="The same as the part stress.")] = False,
     hour: Annotated[bool, typer.Option("--hour", help="The same as the part hour.")] = False,
     settings: Settings = None,
     out: TablesFile = None,
 ) -> None:
-    """Measure what closing loops is worth and what it costs, with one set of settings for all.
+    """Measure the benefit and the cost of loop closing, with the same settings for all runs.
 
-    Every run is made with loops left open and with loops closed: as the poses were known then, and in the end.
+    Every run is made with and without loop closing; errors are those of the poses at the time, and of the final poses.
 
-    logs: recorded logs, their loops, and the cost of both, scan by scan in turn. One that is not there is skipped.
+    logs: recorded logs, their loops, and the cost per scan with and without loop closing. Missing logs are skipped.
 
     sim: office_loop and campus_loop against the truth.
 
-    blocks: a generated building of 2 km, for time and memory; nothing else should run beside it.
+    blocks: a generated building of 2 km, for time and memory; no other program should run at the same time.
 
-    stress: logs made harder, see bench slam.
+    stress: harder variants of logs, see bench slam.
 
     hour: one simulated hour around office_loop.
 
@@ -64,6 +66,6 @@ def bench_loops(
 
     asked = [*(parts or []), *["stress"] * stress, *["hour"] * hour]
     if variants and "stress" not in asked:
-        raise InputError("--variant: makes a log harder, which needs --stress")
+        raise InputError("--variant: needs --stress")
     bench = LoopBench(data, logs or [], variants or [], seeds, tuple(settings or ()), console)
     print_tables(loop_tables(asked, bench), out, "Loops")

@@ -14,11 +14,13 @@ def bench_paper(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the report and the pictures.")] = Path(
         "bench/paper"
     ),
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer points and trials: seconds, not minutes.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Use fewer points and trials; takes seconds instead of minutes.")
+    ] = False,
 ) -> None:
-    """Measure Table 2, Figs. 3, 7, 8 and 10 and the time of Fig. 21 of the paper again, beside its own numbers.
+    """Measure Table 2, Figs. 3, 7, 8 and 10 and the time of Fig. 21 again, compared with the paper's numbers.
 
-    The whole of Table 2 takes some minutes, nearly all of it for the full U that the paper's SVD has.
+    The whole of Table 2 takes some minutes, nearly all of it for the full U of the paper's SVD.
 
     [bold]Examples[/bold]
 
@@ -40,14 +42,14 @@ def bench_lines(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, max=60, help="Seeds of each family of floor plan.")] = 60,
     sensor: Annotated[
-        str | None, typer.Option(metavar="NAME", help="With --log: sensor whose noise ours expects before it learns.")
+        str | None, typer.Option(metavar="NAME", help="With --log: sensor whose noise is assumed before it is learnt.")
     ] = None,
     out: TablesFile = None,
 ) -> None:
     """Compare line extractors: the paper's, this project's, split-and-merge, RANSAC and Hough.
 
-    Scans are simulated, four families at three levels of noise, with seeds that nothing was tuned on; or recorded,
-    where only the share of the beams near a segment can be told.
+    Scans are simulated, four families at three levels of noise, with seeds that were not used for tuning; or recorded,
+    for which only the share of the beams near a segment is known.
 
     [bold]Examples[/bold]
 
@@ -69,12 +71,12 @@ def bench_match(
     ] = "random_office",
     places: Annotated[int, typer.Option(min=1, help="Number of places at which a scan is matched.")] = 40,
     seed: Annotated[int, typer.Option(help="Seed of the places and the noise.")] = 1,
-    png: Annotated[Path | None, typer.Option(metavar="FILE", help="Also draw it.")] = None,
+    png: Annotated[Path | None, typer.Option(metavar="FILE", help="Also draw the results.")] = None,
     out: TablesFile = None,
 ) -> None:
     """Compare matchers on the same scans: ours, the paper's, and small_gicp's (pip install 'hopslam\\[bench]').
 
-    Time by the number of points, accuracy, and from how far away a start still converges.
+    The tables show time over the number of points, accuracy, and the start errors from which a match converges.
 
     [bold]Examples[/bold]
 
@@ -98,20 +100,20 @@ def bench_localize(
     scenarios: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[SCENARIO]...", help="By name or file; two offices without one.", autocompletion=complete_scenario
+            metavar="[SCENARIO]...", help="Names or files; default: two offices.", autocompletion=complete_scenario
         ),
     ] = None,
     trials: Annotated[
-        int, typer.Option(min=1, help="Robots that are set down, and then moved, in each scenario.")
+        int, typer.Option(min=1, help="Robots that are placed, and later moved, in each scenario.")
     ] = 100,
     seconds: Annotated[float, typer.Option(min=1.0, help="Simulated time of each stay.")] = 10.0,
     seed: Annotated[int, typer.Option(help="Seed of the places and of the trials' noise.")] = 1,
     settings: Settings = None,
     allow_modules: AllowModules = None,
 ) -> None:
-    """Measure localisation in a saved map: from a random place, and after the robot was moved without being told.
+    """Measure localisation in a saved map, from a random place, and after the robot was carried to another one.
 
-    One run maps the world of the scenario; the robots wander on their scans alone.
+    One run maps the world of the scenario; the robots wander by their scans alone.
 
     [bold]Examples[/bold]
 
@@ -130,11 +132,14 @@ def bench_localize(
 
 def bench_slam(
     logs: Annotated[
-        list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079; all without one.")
+        list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079; default: all.")
     ] = None,
     data: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the recorded logs.")] = Path("../shared/data"),
     stress: Annotated[
-        bool, typer.Option("--stress", help="Instead, make fr079, fr101, belgioioso and aces harder: minutes.")
+        bool,
+        typer.Option(
+            "--stress", help="Run harder variants of fr079, fr101, belgioioso and aces instead; takes minutes."
+        ),
     ] = False,
     variants: Annotated[
         list[str] | None,
@@ -144,13 +149,13 @@ def bench_slam(
     settings: Settings = None,
     out: TablesFile = None,
 ) -> None:
-    """Measure the whole method on recorded logs, with the same settings for all, beside other systems.
+    """Measure the whole method on recorded logs, with the same settings for all, compared with other systems.
 
-    Each scan counts at the pose that was known then. A log that is not there is skipped.
+    Each scan counts with its pose as estimated at the time. Missing logs are skipped.
 
-    With --stress, logs are made harder: every=N scans, beams=N, jitter=METRES, scale=SHARE, slips=COUNT, blind=COUNT
-    and stale=SHARE of the odometry; coarse=METRES, noise=METRES and scatter=SHARE of the ranges. Any log will do that
-    has LOG.gt.tum or LOG.relations.gz beside it.
+    With --stress, variants of logs are harder: every=N scans, beams=N, jitter=METRES, scale=SHARE, slips=COUNT,
+    blind=COUNT and stale=SHARE of the odometry; coarse=METRES, noise=METRES and scatter=SHARE of the ranges. Any log
+    can be used that has a reference file LOG.gt.tum or LOG.relations.gz in its folder.
 
     [bold]Examples[/bold]
 
@@ -170,7 +175,7 @@ def bench_slam(
     from slam.scenario.file import load_scenario
 
     if variants and not stress:
-        raise InputError("--variant: makes a log harder, which needs --stress")
+        raise InputError("--variant: needs --stress")
     config = load_scenario("replay", settings or []).slam
     if stress:
         tables = stress_tables(logs or [], data, variants or [], seeds, config, console)
@@ -183,12 +188,14 @@ def bench_slam_sim(
     scenarios: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[SCENARIO]...", help="Names such as corridor; six without one.", autocompletion=complete_scenario
+            metavar="[SCENARIO]...", help="Names such as corridor; default: six.", autocompletion=complete_scenario
         ),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=0, max=100, help="Runs of each scenario; 0 with --hour alone.")] = 10,
+    seeds: Annotated[int, typer.Option(min=0, max=100, help="Runs of each scenario; 0 for --hour alone.")] = 10,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run; the others follow.")] = 0,
-    hour: Annotated[bool, typer.Option("--hour", help="Also one simulated hour around office_loop: minutes.")] = False,
+    hour: Annotated[
+        bool, typer.Option("--hour", help="Also drive one simulated hour around office_loop; takes minutes.")
+    ] = False,
     settings: Settings = None,
     allow_modules: AllowModules = None,
     out: TablesFile = None,
@@ -217,7 +224,7 @@ def bench_walls(
     scenarios: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[SCENARIO]...", help="Names or files; four without one.", autocompletion=complete_scenario
+            metavar="[SCENARIO]...", help="Names or files; default: four.", autocompletion=complete_scenario
         ),
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, max=1000, help="Runs of each scenario.")] = 10,
@@ -226,9 +233,9 @@ def bench_walls(
     allow_modules: AllowModules = None,
     out: TablesFile = None,
 ) -> None:
-    """Measure the line map against the true walls in the simulator, beside other line maps of the same poses.
+    """Measure the line map against the true walls in the simulator, compared with other line maps of the same poses.
 
-    The last table has the hopslam run line that repeats the worst run of each.
+    The last table has the command that repeats the worst run of each scenario.
 
     [bold]Examples[/bold]
 

@@ -23,28 +23,31 @@ Onto = Annotated[
     str | None,
     typer.Option(
         metavar="SCENARIO",
-        help="Scenario that the file extends; default: the scenario itself.",
+        help="Scenario that the written file extends; default: the driven one.",
         autocompletion=complete_scenario,
     ),
 ]
 Picture = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="The squares before and after; default: beside the file, .png.")
+    Path | None,
+    typer.Option(metavar="FILE", help="Picture of the squares before and after; default: the name of --out with .png."),
 ]
 
 
 @app.callback()
 def _calibrate() -> None:
-    """Find what the wheels really are, by driving."""
+    """Measure the true radii and the track of the wheels by driving."""
 
 
 @app.command()
 def square(
     scenario: ScenarioName = "umbmark_room",
     size: Annotated[float, typer.Option(min=0.5, max=10.0, metavar="M", help="Side of the squares, metres.")] = 2.0,
-    laps: Annotated[int, typer.Option(min=1, max=50, help="Squares to the right, and as many to the left.")] = 2,
+    laps: Annotated[
+        int, typer.Option(min=1, max=50, help="Number of squares to the right, and of squares to the left.")
+    ] = 2,
     speed: Annotated[float, typer.Option(min=0.05, max=1.0, metavar="M/S", help="Speed on the sides, m/s.")] = 0.3,
     onto: Onto = None,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the scenario with the right wheels.")] = Path(
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the scenario with the calibrated wheels.")] = Path(
         "wheels.yaml"
     ),
     picture: Picture = None,
@@ -53,10 +56,10 @@ def square(
     backend: Annotated[str, typer.Option(metavar="NAME", help="sim, or hardware: the real robot.")] = "sim",
     yes: Yes = False,
 ) -> None:
-    """Drive UMBmark's squares both ways, and fit both wheels and the track to where the robot really went.
+    """Drive UMBmark's squares in both directions, and fit wheel radii and track to the robot's true path.
 
-    That is known in the simulator; on the real robot it is what SLAM says. The squares lie to the right and to the left
-    ahead of the robot, and need as much room. The file is a scenario: run it, extend it, or give its keys with --set.
+    The true path is known in the simulator; on the real robot SLAM estimates it. The squares lie ahead of the robot, to
+    its right and to its left. The written file is a scenario: run it, extend it, or give its keys with --set.
 
     [bold]Examples[/bold]
 

@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     from slam.run.results.run_record import RunRecord
 
 _HEAD: Final = 16
-"""Characters in a line of a column's head."""
+"""Characters per line of a column's head."""
 
 
 def compare(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN RUN ...", help="The folders of runs.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, and no table.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
     """Show the metrics of runs side by side, each with its difference from the first run.
 
-    The difference is in percent, or a factor, x 973 or / 973, where it is twice as much, half as much, or farther off.
+    The difference is in percent; from twice or half on it is a factor, such as x 3.1 or / 3.1.
 
     [bold]Examples[/bold]
 
@@ -49,14 +49,14 @@ def compare(
 
 
 def metrics_of(records: list[RunRecord]) -> list[dict[str, Any]]:
-    """Metrics of each run; of one that was cut off, those that can be measured afterwards."""
+    """Return the metrics of each run; for an interrupted run, those that can be measured afterwards."""
     from slam.run.results.metrics import measure
 
     return [measure(record.folder) if record.metrics is None else record.metrics for record in records]
 
 
 def comparison(records: list[RunRecord]) -> TerminalTable:
-    """A row for each metric that a run has, a column for each run, headed by what tells it apart."""
+    """Make a row for each metric that a run has and a column for each run, headed by what distinguishes it."""
     from slam.run.results.run_names import run_names
 
     folders = [record.name for record in records]
@@ -68,14 +68,17 @@ def comparison(records: list[RunRecord]) -> TerminalTable:
 
 
 def _shown(key: str, value: Any) -> Any:
-    """The value; text for what is no measurement: the seed, and the date, without seconds and time zone."""
+    """Return the value.
+
+    Text for anything that is not a measurement: the seed, and the date, without seconds and time zone.
+    """
     if key == "began" and value:
         return str(value)[:16].replace("T", " ")
     return str(value) if key == "seed" and value is not None else value
 
 
 def _head(name: str) -> str:
-    """A name in lines that are as short as a number, broken between its words."""
+    """Break a name between its words into lines as short as a number."""
     lines = [""]
     for word in re.findall(r"[^-_, ]+[-_, ]*|[-_, ]+", name):
         if lines[-1] and len(lines[-1]) + len(word) > _HEAD:
@@ -85,12 +88,15 @@ def _head(name: str) -> str:
 
 
 def _cells(values: list[Any]) -> list[str]:
-    """The first value; then the others, each with how it differs from the first."""
+    """Return the first value; then the others, each with its difference from the first."""
     return [_text(values[0]), *(f"{_text(value)}{_difference(value, values[0])}" for value in values[1:])]
 
 
 def _difference(value: Any, first: Any) -> str:
-    """A difference in percent; a factor from twice or half on; as it is where the first is 0 or of another sign."""
+    """Format a difference in percent; a factor from twice or half on.
+
+    No difference if the first is 0 or of another sign.
+    """
     if not _is_number(value) or not _is_number(first) or value == first:
         return ""
     if not first or value / first <= 0.0:

@@ -11,7 +11,7 @@ from slam.console.terminal_table import TerminalTable
 def env(
     env_id: Annotated[str | None, typer.Argument(metavar="ID", help="The environment whose manual to print.")] = None,
 ) -> None:
-    """The gymnasium environments: their ids, or the manual of one.
+    """List the gymnasium environments, or print the manual of one.
 
     [bold]Examples[/bold]
 

@@ -15,26 +15,26 @@ Reference = Annotated[
 Relations = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Relations of Kuemmerle et al.: t1 t2 x y z roll pitch yaw.")
 ]
-MaxGap = Annotated[
-    float, typer.Option(min=0.0, help="Longest gap between poses, seconds, over which one is interpolated.")
-]
+MaxGap = Annotated[float, typer.Option(min=0.0, help="Longest gap between poses, seconds, that is interpolated.")]
 
 
 def evaluate(
     run: Annotated[Path, typer.Argument(metavar="RUN|FILE.tum", help="The folder of a run, or a TUM trajectory.")],
     reference: Reference = None,
     relations: Relations = None,
-    delta: Annotated[float, typer.Option(min=0.01, help="Distance over which the relative error is taken.")] = 1.0,
+    delta: Annotated[float, typer.Option(min=0.01, help="Length of the pieces for the relative error.")] = 1.0,
     delta_unit: Annotated[
         Literal["m", "frames"], typer.Option(help="Unit of --delta: metres of the true path, or poses.")
     ] = "m",
     align: Annotated[bool, typer.Option(help="Align the trajectories rigidly before the absolute error.")] = True,
     max_gap: MaxGap = 1.0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, metres and radians, and no table.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print JSON, metres and radians, instead of a table.")
+    ] = False,
 ) -> None:
     """Score a trajectory: absolute and relative error against a reference, or the relations metric.
 
-    A run is scored twice: by the poses as they were known on the way, and by those with its loops closed.
+    A run is scored twice: with the poses as estimated during the run, and with the final ones after loop closing.
 
     [bold]Examples[/bold]
 

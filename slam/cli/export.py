@@ -13,12 +13,12 @@ def export(
     run: Annotated[Path, typer.Argument(help="The folder of a run.")],
     to: Annotated[Format, typer.Option(help="The format.")],
     out: Annotated[Path, typer.Option(metavar="PATH", help="The new file, or the new folder for ros and rosbag2.")],
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
-    """Write a run in a format of other tools: see docs/formats.md.
+    """Write a run in the format of another tool: see docs/formats.md.
 
-    tum: trajectory; csv: every scan; ros: occupancy map; geojson, dxf, svg: line map; carmen, mcap, rosbag2: log;
-    g2o: graph. All but the log are as known after the last loop was closed.
+    tum: trajectory; csv: every scan; ros: occupancy map; geojson, dxf, svg: line map; carmen, mcap, rosbag2: log; g2o:
+    graph. All but the log use the final poses after loop closing.
 
     [bold]Examples[/bold]
 

@@ -13,7 +13,7 @@ from slam.named_code import import_by_name
 
 
 class _LazyCommands(UserDict[str, Any]):
-    """Click commands by name; until a command is first asked for, its place stands there."""
+    """Click commands by name; before the first use of a command, the value is its place."""
 
     def __init__(self, places: Mapping[str, str], panels: Mapping[str, str]) -> None:
         super().__init__(places)
@@ -33,7 +33,13 @@ class _LazyCommands(UserDict[str, Any]):
             code = app
         command: Any = get_command(code)
         command.name, command.rich_help_panel = name, self._panels.get(name)
+        command.help = unwrapped(command.help or "")
         return command
+
+
+def unwrapped(text: str) -> str:
+    """Join the lines of each paragraph, so that a terminal wraps it at its own width."""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
 def lazy_group(places: Mapping[str, str], panels: Mapping[str, str] | None = None) -> type[TyperGroup]:
@@ -48,7 +54,7 @@ def lazy_group(places: Mapping[str, str], panels: Mapping[str, str] | None = Non
             self.commands = _LazyCommands(places, panels or {})
 
         def invoke(self, ctx: Any) -> Any:
-            """Run the command; a disk that fails under it is a StorageError, unless the command says more."""
+            """Run the command; a disk that fails in it is a StorageError, unless the command handles it."""
             with failing_disk("make room, or choose another place, and run it again"):
                 return super().invoke(ctx)
 

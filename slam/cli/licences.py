@@ -8,11 +8,11 @@ from slam.console.terminal_table import TerminalTable
 
 _CLASSIFIER: Final = "License :: "
 _LONGEST: Final = 80
-"""Characters; some packages have the whole text of their licence where its name belongs."""
+"""Longest name of a licence, characters; some packages give the whole text instead."""
 
 
 def licences() -> None:
-    """List the packages that are installed here, with versions and licences as they state them.
+    """List the installed packages, with their versions and licences.
 
     [bold]Example[/bold]
 
@@ -23,7 +23,7 @@ def licences() -> None:
 
 
 def licence_of(package: Distribution) -> str:
-    """Licence of a package by its own metadata: SPDX expression, short text or classifiers; else ``not stated``."""
+    """Return a package's licence from its metadata: SPDX expression, short text or classifiers; else ``not stated``."""
     metadata = package.metadata
     given = (metadata[key] for key in ("License-Expression", "License") if key in metadata)
     stated = next(given, "").strip()

@@ -10,23 +10,23 @@ from slam.console.terminal import Terminal
 
 
 def lines(
-    log: Annotated[Path, typer.Argument(help="A recorded log; its format is known by its content.")],
-    scan: Annotated[int | None, typer.Option(metavar="K", help="One scan only, counted from 0.")] = None,
+    log: Annotated[Path, typer.Argument(help="A recorded log; its format is recognised.")],
+    scan: Annotated[int | None, typer.Option(metavar="K", help="Use one scan only, counted from 0.")] = None,
     method: Annotated[str, typer.Option(metavar="NAME", help="chi_square, or paper.")] = "chi_square",
     csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write CSV to a file.")] = None,
     geojson: Annotated[Path | None, typer.Option(metavar="FILE", help="Write GeoJSON.")] = None,
-    png: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the scan of --scan.")] = None,
+    png: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the scan K of --scan.")] = None,
     sensor: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Sensor whose noise to expect at first; it is learnt from scan to scan."),
+        typer.Option(metavar="NAME", help="Sensor whose noise is assumed at first; then it is learnt from the scans."),
     ] = None,
     lenient: Lenient = False,
 ) -> None:
     """Find the line segments in the scans of a recorded log.
 
-    They are written as CSV, to standard output unless a file is named, or as GeoJSON. Metres, radians, sensor frame.
-    The columns are scan, start_x, start_y, end_x, end_y, beams, rho, theta, var_rho, var_theta, cov_rho_theta; the line
-    is x cos(theta) + y sin(theta) = rho. The last three are empty where the method gives no covariance.
+    They are written as CSV, by default to standard output, or as GeoJSON. Metres, radians, sensor frame. The columns
+    are scan, start_x, start_y, end_x, end_y, beams, rho, theta, var_rho, var_theta, cov_rho_theta; the line is x
+    cos(theta) + y sin(theta) = rho. The last three are empty if the method gives no covariance.
 
     [bold]Examples[/bold]
 

@@ -42,7 +42,7 @@ def localize(
     source: Source,
     saved_map: Annotated[Path, typer.Option("--map", metavar="FILE", help="The map.json of another run.")],
     seed: Annotated[
-        int | None, typer.Option(help="Seed of all that is random in a scenario; default: its own.")
+        int | None, typer.Option(help="Seed of all random numbers of a scenario; default: its own.")
     ] = None,
     scenario: SettingsSource = None,
     out: Out = None,
@@ -57,9 +57,9 @@ def localize(
     odom_topic: OdomTopic = None,
     lenient: Lenient = False,
 ) -> None:
-    """Find the robot in a saved map, from nothing, and track it. The map stays as it is.
+    """Find the robot in a saved map, without a start pose, and track it. The map does not change.
 
-    A simulated robot wanders until it is sure of its place, and then drives the scenario's route.
+    A simulated robot wanders until it is sure of its pose, and then drives the scenario's route.
 
     [bold]Examples[/bold]
 

@@ -9,9 +9,10 @@ import typer
 
 from slam.cli.lazy_group import lazy_group
 from slam.console.robust_output import RobustOutput
-from slam.console.signals import ENDING_SIGNALS, count_suspensions, signal_handler
+from slam.console.signals import count_suspensions, signal_handler
 from slam.console.terminal import Terminal
 from slam.errors import HopslamError
+from slam.system import ENDING_SIGNALS
 
 COMMANDS: Final = {
     "Run": {
@@ -40,7 +41,7 @@ COMMANDS: Final = {
     "Measure": {"bench": "slam.cli.bench:app"},
     "About": {"licences": "slam.cli.licences:licences"},
 }
-"""Every command by the panel of ``hopslam --help`` that lists it: the place of its function, or of its app."""
+"""Every command by its panel in ``hopslam --help``, with the place of its function or app."""
 app = typer.Typer(
     cls=lazy_group(
         {name: place for commands in COMMANDS.values() for name, place in commands.items()},
@@ -63,13 +64,15 @@ def _show_version(asked: bool) -> None:
 
 @app.callback()
 def _hopslam(
-    version: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show it.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
 ) -> None:
     """A robot testbed for line-based SLAM with a cheap 2-D lidar."""
 
 
 def _exit_code() -> int:
-    """Run the command; known errors are one line."""
+    """Run the command; print known errors as one line, and return the exit code."""
     received: list[int] = []
 
     def interrupt(number: int, _: FrameType | None) -> NoReturn:
@@ -87,10 +90,10 @@ def _exit_code() -> int:
     except RuntimeError as error:
         if not isinstance(error.__cause__, KeyboardInterrupt):
             raise
-        return 128 + (received or [signal.SIGINT])[0]  # CPython 3.11 makes it of one that comes while a class is made
+        return 128 + (received or [signal.SIGINT])[0]  # how CPython 3.11 reports one inside a class body
     except SystemExit as leave:
         code = int(leave.code or 0)
-        return 128 + received[0] if received and code == 130 else code  # typer makes 130 of every KeyboardInterrupt
+        return 128 + received[0] if received and code == 130 else code  # typer gives 130 for all
     return 0
 
 
@@ -101,5 +104,5 @@ def main() -> None:
     cannot be written, 130 Ctrl-C, and 128 + N for the signal N.
     """
     output = RobustOutput()
-    count_suspensions()  # also those before there is a robot
+    count_suspensions()  # including suspensions before there is a robot
     raise SystemExit(_exit_code() or output.exit_code())

@@ -17,10 +17,11 @@ def optimize(
         Path | None, typer.Option(metavar="DIR", help="A new folder for the results; default: the run's own.")
     ] = None,
 ) -> None:
-    """Close the loops of a run again: with other settings, or because it was killed before its end.
+    """Close the loops of a run again, with other settings, or after the run was killed.
 
     The scans of its log are matched again; then closed.tum, graph.json, map.json, metrics.json and the pictures are
-    written. What was known on the way, as trajectory.tum, stays. The same settings give the same files.
+    written. The estimates made during the run, such as trajectory.tum, do not change. The same settings give the same
+    files.
 
     [bold]Examples[/bold]
 

@@ -10,11 +10,11 @@ from slam.console.terminal import Terminal
 
 def repair(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")],
-    force: Annotated[bool, typer.Option("--force", help="Also replace files that are whole.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Also replace intact files.")] = False,
 ) -> None:
-    """Make what a killed run or a full disk has left out: map, trajectories, lines, graph, metrics and pictures.
+    """Make the files missing after a kill or a full disk: map, trajectories, lines, graph, metrics, pictures.
 
-    All is made from log.mcap, as far as it reaches, with the settings in config.yaml. Files that are whole stay.
+    The source is log.mcap, as far as it can be read, with the settings in config.yaml. Intact files are kept.
 
     [bold]Example[/bold]
 

@@ -25,8 +25,8 @@ from slam.console.terminal import Terminal
 RecordedLog = Annotated[
     Path,
     typer.Argument(
-        help="A CARMEN log or a URG-04LX text log, both maybe gzipped; a bag of ROS 1, the folder of one of ROS 2, "
-        "an MCAP file; or the folder of a run."
+        help="A CARMEN log or a URG-04LX text log, plain or gzipped; a ROS 1 bag, the folder of a ROS 2 bag, "
+        "or an MCAP file; or the folder of a run."
     ),
 ]
 SettingsSource = Annotated[
@@ -37,7 +37,8 @@ SettingsSource = Annotated[
     ),
 ]
 Start = Annotated[
-    Literal["search", "saved"], typer.Option(help="Start in that map: search for it, or where the other run ended.")
+    Literal["search", "saved"],
+    typer.Option(help="Start in the map of --map: search for the robot, or use the other run's last pose."),
 ]
 
 
@@ -58,7 +59,7 @@ def replay(
     odom_topic: OdomTopic = None,
     lenient: Lenient = False,
 ) -> None:
-    """Map a recorded log of a robot, or a run once more.
+    """Map a recorded log of a robot, or repeat a run.
 
     [bold]Examples[/bold]
 

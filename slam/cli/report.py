@@ -14,12 +14,14 @@ def report(
         Path | None, typer.Option(metavar="FILE", help="The page; default report.html in the first run's folder.")
     ] = None,
     figures: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Also every figure as PNG and PDF, those of the paper too.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Also write every figure, including the paper's, as PNG and PDF into DIR."),
     ] = None,
 ) -> None:
-    """Write a page on what came out of a run, or of several side by side.
+    """Write a report on a run, or on several side by side.
 
-    One HTML file that needs no network: what went wrong, map, numbers, errors, iterations, timing, settings.
+    The report is one HTML file that needs no network, with faults, map, metrics, errors, iterations, timing and
+    settings.
 
     [bold]Examples[/bold]
 

@@ -1,4 +1,4 @@
-"""``hopslam ros``: this project's SLAM among the nodes of ROS 2."""
+"""``hopslam ros``: SLAM as a node of ROS 2."""
 
 from __future__ import annotations
 
@@ -30,25 +30,26 @@ SettingsSource = Annotated[
 ScanTopic = Annotated[str | None, typer.Option(metavar="NAME", help="Topic of the scans; default: /scan.")]
 OdomTopic = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Topic of the odometry, where it does not come by /tf; default: /odom."),
+    typer.Option(metavar="NAME", help="Topic of the odometry, if it is not in /tf; default: /odom."),
 ]
 Mount = Annotated[
     tuple[float, float, float] | None,
     typer.Option(
-        metavar="X Y THETA", help="Place of the lidar on the base, metres and radians, where /tf_static is silent."
+        metavar="X Y THETA", help="Pose of the lidar on the base, metres and radians, if /tf_static has none."
     ),
 ]
 Start = Annotated[
-    Literal["search", "saved"], typer.Option(help="Start in that map: search for it, or where the other run ended.")
+    Literal["search", "saved"],
+    typer.Option(help="Start in the map of --map: search for the robot, or use the other run's last pose."),
 ]
 Localize = Annotated[
-    bool, typer.Option("--localize", help="Find the robot in that map and track it; the map stays as it is.")
+    bool, typer.Option("--localize", help="Localise the robot in the map of --map, which does not change.")
 ]
 
 
 @app.callback()
 def _ros() -> None:
-    """Be a node of ROS 2; pip install 'hopslam\\[ros]' brings what that needs, and no ROS."""
+    """Run as a node of ROS 2. It needs pip install 'hopslam\\[ros]', but no installed ROS."""
 
 
 @app.command()
@@ -67,11 +68,11 @@ def slam(
     start: Start = "search",
     localize: Localize = False,
 ) -> None:
-    """Map the surroundings of any robot by its scans and odometry, until Ctrl-C.
+    """Map the surroundings of any robot from its scans and odometry; Ctrl-C ends it.
 
-    The transform from map to odom, /map, /lines and /slam_pose are published; /initialpose is heard. Results are in a
-    run folder, as of every run. Domain and reach are those of ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE, this
-    machine only where the latter is not set: see docs/ros.md.
+    It publishes the transform from map to odom, /map, /lines and /slam_pose, and subscribes to /initialpose. Results
+    are in a run folder, as for every run. Domain and range are those of ROS_DOMAIN_ID and
+    ROS_AUTOMATIC_DISCOVERY_RANGE, whose default is this machine only: see docs/ros.md.
 
     [bold]Examples[/bold]
 

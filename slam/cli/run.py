@@ -24,12 +24,13 @@ from slam.console.terminal import Terminal
 Backend = Annotated[
     str,
     typer.Option(
-        metavar="NAME", help="sim; hardware, the real robot; ros, one of ROS 2; or module:Class, one of your own."
+        metavar="NAME", help="sim; hardware: the real robot; ros: a robot of ROS 2; or module:Class: your own."
     ),
 ]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="The real robot's sensors only: it never moves.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Use only the sensors of the real robot: it never moves.")]
 Start = Annotated[
-    Literal["given", "search"], typer.Option(help="Where in that map: the scenario's start, or to be found.")
+    Literal["given", "search"],
+    typer.Option(help="Start in the map of --map: the scenario's start pose, or search for the robot."),
 ]
 
 

@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 from slam.console.options import AllowModules, complete_sweep
 from slam.console.terminal import Terminal
 from slam.modes import MODES
+from slam.system import usable_cores
 
 if TYPE_CHECKING:
     from slam.sweep.launch import Sweep
@@ -41,7 +42,7 @@ def _with_addresses(args: list[str]) -> list[str]:
 
 app = typer.Typer(
     cls=_SweepGroup,
-    help="Many runs: scenarios and logs, by mode, settings and seed. SCENARIO... without a command: run.",
+    help="Run many scenarios and logs, by mode, settings and seed; sweep SCENARIO... is short for sweep run.",
     no_args_is_help=True,
     add_completion=False,
 )
@@ -54,8 +55,10 @@ Scenarios = Annotated[
         autocompletion=complete_sweep,
     ),
 ]
-Seeds = Annotated[str | None, typer.Option(metavar="FIRST:END", help="Seeds, END not among them; default 0:1.")]
-Mode = Annotated[str | None, typer.Option(metavar="A,B", help=f"Of {', '.join(MODES)}; default: the scenario's.")]
+Seeds = Annotated[str | None, typer.Option(metavar="FIRST:END", help="Seeds from FIRST up to END - 1; default 0:1.")]
+Mode = Annotated[
+    str | None, typer.Option(metavar="A,B", help=f"Modes, from {', '.join(MODES)}; default: the scenario's.")
+]
 Grid = Annotated[
     list[str] | None, typer.Option(metavar="KEY=A,B", help="A setting and its values; may be given again.")
 ]
@@ -71,7 +74,10 @@ Settings = Annotated[
 ]
 Jobs = Annotated[int | None, typer.Option(min=1, metavar="N", help="Runs at a time; default: one for each processor.")]
 RayAddress = Annotated[
-    str | None, typer.Option(metavar="[ADDRESS]", help="On a Ray cluster: auto, or host:port; alone: a local one.")
+    str | None,
+    typer.Option(
+        metavar="[ADDRESS]", help="Run on a Ray cluster: auto, or host:port; without a value: a new local one."
+    ),
 ]
 Out = Annotated[
     str | None, typer.Option(metavar="DIR", help="Folder for the results, a path or a URL; default sweeps/<name>.")
@@ -91,13 +97,13 @@ def run(
     jobs: Jobs = None,
     ray: RayAddress = None,
     out: Out = None,
-    retry: Annotated[int, typer.Option(min=0, metavar="N", help="Times that a failed run is tried again.")] = 2,
+    retry: Annotated[int, typer.Option(min=0, metavar="N", help="Number of times that a failed run is repeated.")] = 2,
     pictures: Annotated[bool, typer.Option("--pictures", help="Draw map and errors of every run.")] = False,
-    plan: Annotated[bool, typer.Option("--plan", help="Only show what would run, and how long it takes.")] = False,
+    plan: Annotated[bool, typer.Option("--plan", help="Only show the planned runs, and the time they need.")] = False,
 ) -> None:
-    """Run what has no result yet. Started again, it goes on where it was stopped, and tries again what failed.
+    """Run what has no result yet. A repeated command continues an interrupted sweep, and repeats failed runs.
 
-    Results: results.parquet in DIR, one row a run, and the ordinary folder of each in DIR/runs. See docs/sweeps.md.
+    The results are results.parquet in DIR, one row per run, and run folders in DIR/runs. See docs/sweeps.md.
 
     [bold]Examples[/bold]
 
@@ -118,7 +124,7 @@ def run(
     tried, drawn = dict(map(parse_grid, grid or [])), dict(map(parse_sample, sample or []))
     if plan:
         planned = launch.plan(scenarios, seeds, modes, tried, drawn, settings or [], allow_modules or [])
-        _show_plan(planned, launch.folder_of(planned, out), jobs or launch.processors())
+        _show_plan(planned, launch.folder_of(planned, out), jobs or usable_cores())
         return
     made = launch.sweep(
         scenarios, seeds=seeds, modes=modes, grid=tried, sample=drawn, settings=settings or [], jobs=jobs, ray=ray,
@@ -134,10 +140,10 @@ def report(
         str | None, typer.Option(metavar="COLUMN", help="Column of results.parquet; default ate_rmse_m.")
     ] = None,
 ) -> None:
-    """Tables, comparisons and pictures of a sweep, as report.html and PNG in DIR/report.
+    """Write tables, comparisons and pictures of a sweep: report.html and PNG in DIR/report.
 
-    Median, 5 to 95 % and worst of each setting; differences seed by seed with bootstrap intervals; the worst runs, and
-    the command that repeats each.
+    The tables show median, 5 to 95 % and worst of each setting, differences seed by seed with bootstrap intervals, and
+    the worst runs with the commands that repeat them.
 
     [bold]Examples[/bold]
 
@@ -164,7 +170,7 @@ def repeat(
     pictures: Annotated[bool, typer.Option("--pictures", help="Draw map and errors.")] = False,
     allow_modules: AllowModules = None,
 ) -> None:
-    """Run one row of a sweep again, and compare all its metrics bit for bit; exit code 1 where one differs.
+    """Run one row of a sweep again, and compare all its metrics bit for bit; exit code 1 if one differs.
 
     [bold]Examples[/bold]
 
@@ -194,5 +200,5 @@ def _show_outcome(made: Sweep) -> None:
         f"results in {made.folder}; look at them: hopslam sweep report {quote(made.folder)}",
     )
     if made.interrupted:
-        console.print("interrupted; the same command goes on with what is missing")
+        console.print("interrupted; repeat the command to continue")
         raise typer.Exit(130)

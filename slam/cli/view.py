@@ -14,13 +14,13 @@ def view(
         list[str] | None,
         typer.Option(
             metavar="WHERE",
-            help="In FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again. Default: spawn.",
+            help="FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again. Default: spawn.",
         ),
     ] = None,
 ) -> None:
-    """Open a finished run in the rerun viewer, as it happened.
+    """Open a finished run in the rerun viewer, scan by scan.
 
-    Its recording run.rrd is shown; a run that was made without --rerun gets one from what its folder holds.
+    It shows the recording run.rrd; for a run made without --rerun, it is made from the other files of the folder.
 
     [bold]Examples[/bold]
 

@@ -17,10 +17,10 @@ def world(
     ] = None,
     settings: Settings = None,
 ) -> None:
-    """Draw the world of a scenario, and what moves in it.
+    """Draw the world of a scenario, with people and movable furniture.
 
-    Solids that the lidar sees are dark, those below or above its plane light; the start pose, the route and the ways of
-    people are drawn over it. Metres, map frame.
+    Solids that the lidar sees are dark, those below or above its plane light; the start pose, the route and the paths
+    of people are drawn over it. Metres, map frame.
 
     [bold]Examples[/bold]
 
@@ -44,10 +44,10 @@ def world(
 
 
 def schema() -> None:
-    """Print the JSON schema of scenario files, by which editors complete and check them.
+    """Print the JSON schema of scenario files, with which editors complete and check them.
 
-    The one of this version is shipped as scenarios/scenario.schema.json. A scenario says which schema it follows in its
-    first line, # yaml-language-server: $schema=PATH.
+    The schema of this version is also in scenarios/scenario.schema.json. The first line of a scenario names its schema:
+    # yaml-language-server: $schema=PATH.
 
     [bold]Examples[/bold]
 

@@ -1,4 +1,4 @@
-"""The settings of line extraction, named as in the paper where they are the paper's, in SI units and radians."""
+"""Settings of line extraction, in SI units and radians; those of the paper have its names."""
 
 from typing import Annotated, Any, Literal, Self
 
@@ -36,12 +36,12 @@ class HoppingConfig(Section):
 
 
 class ChiSquareConfig(Section):
-    """Line extraction of this project: the walls that explain the ranges by their noise, which is learnt."""
+    """Line extraction of this project: the walls that explain the ranges within their noise, which is learnt."""
 
     method: Literal["chi_square"] = "chi_square"
     """The name of this method."""
     sensor: LidarName | None = None
-    """Lidar whose noise to expect at first, by its name in slam/lidars.py; what its scans say takes over."""
+    """Lidar whose noise is assumed at first, by its name in slam/lidars.py; then the noise is learnt from the scans."""
     bound_sigmas: float = Field(3.0, gt=0)
     """The bound that the sensor's maker gives for the range error, in standard deviations."""
     merge_cost: float = Field(18.0, gt=0)
@@ -56,7 +56,7 @@ class ChiSquareConfig(Section):
     @model_validator(mode="before")
     @classmethod
     def _before_noise_was_learnt(cls, given: Any) -> Any:
-        """Leave out ``shared_error``, which settings have that were saved then."""
+        """Drop ``shared_error``, which older settings have."""
         return {k: v for k, v in given.items() if k != "shared_error"} if isinstance(given, dict) else given
 
 

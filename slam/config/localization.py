@@ -6,19 +6,20 @@ from slam.config.section import Section
 
 
 class LocalizationConfig(Section):
-    """Search for the robot in a saved map: hypotheses are followed until one has won.
+    """Search for the robot in a saved map: hypotheses are tracked until one is clearly best.
 
-    Agreement is the share of the scan's pieces that lie on walls of the map, less what the scan saw through.
+    The agreement of a hypothesis is the share of the scan's pieces that lie on walls of the map, minus a penalty for
+    walls that the beams went through. Each scan taken after enough motion is a piece of evidence.
     """
 
     places: int = Field(400, ge=1)
-    """Places that the search over the whole map finds and refines."""
+    """Number of places that the search over the whole map finds and refines."""
     hypotheses: int = Field(60, ge=1)
-    """The best of these places that are followed."""
+    """Number of the best of these places that become hypotheses."""
     seen_through: float = Field(0.5, ge=0)
-    """Weight of a piece of wall that the beams went through, against one that agrees."""
+    """Penalty for a piece of wall that the beams went through, relative to a piece that agrees."""
     step: float = Field(0.05, gt=0)
-    """Motion between two pieces of evidence, metres and radians together: scans from one place say the same."""
+    """Motion between two pieces of evidence, metres and radians added; scans from the same place add no evidence."""
     sure_after: int = Field(5, ge=1)
     """Least number of pieces of evidence before the robot is sure."""
     sure_by: float = Field(0.6, gt=0)
@@ -26,10 +27,10 @@ class LocalizationConfig(Section):
     sure_above: float = Field(0.6, ge=0, le=1)
     """Least agreement of the best hypothesis, averaged over the last pieces of evidence, before the robot is sure."""
     dropped_by: float = Field(1.5, gt=0)
-    """A hypothesis this far behind the best one is given up."""
+    """Lag behind the best hypothesis, in the sum of agreements, at which a hypothesis is dropped."""
     doubt_below: float = Field(0.5, ge=0, le=1)
-    """With an average agreement below this the robot is lost, and the whole map is searched again."""
+    """Average agreement below which the robot is lost, and the whole map is searched again."""
     memory: float = Field(0.7, ge=0, lt=1)
-    """Share of the average that is kept at the next piece of evidence."""
+    """Weight of the past in the average agreement, at each new piece of evidence."""
     search_every: int = Field(10, ge=1)
-    """Pieces of evidence from one search to the next, while the robot is lost."""
+    """Pieces of evidence from one search to the next while the robot is lost."""

@@ -13,9 +13,9 @@ class PointMapConfig(Section):
     method: Literal["points"] = "points"
     """The name of this method."""
     draw: float = Field(0.75, gt=0, le=1)
-    """Share of the map points in the sensor's reach that is drawn at random for one matching."""
+    """Share of the map points within the sensor's range that is drawn at random for one matching."""
     reach: float = Field(float("inf"), gt=0, allow_inf_nan=True)
-    """Not in the paper: map points farther than this from the sensor, metres, are not matched even where it could see
+    """Not in the paper: map points farther than this from the sensor, metres, are not matched even if it could see
     them. The paper's sensor sees 4 m; one that sees 80 m would match most of a building at every step."""
 
 
@@ -29,7 +29,7 @@ class SurfelMapConfig(Section):
     gate: float = Field(0.10, gt=0)
     """A piece of wall joins the surfel of its cell that faces its way and is nearer than this, metres."""
     max_hits: int = Field(30, ge=1)
-    """Scans after which a surfel stands still: what was seen first stays where it is."""
+    """Number of scans after which a surfel is fixed: what was seen first stays where it is."""
     pose_sigma: float = Field(0.005, gt=0)
     """Standard deviation that the error of the pose adds to a piece of wall, metres."""
     update_distance: float = Field(0.05, ge=0)
@@ -37,11 +37,11 @@ class SurfelMapConfig(Section):
     update_angle: float = Field(0.05, gt=0)
     """A scan is added to the map after this much turning, radians, or after ``update_distance``."""
     carve_reach: float = Field(8.0, ge=0)
-    """Reach in which surfels fade that a beam went through, metres from the sensor."""
+    """Distance from the sensor, metres, up to which surfels fade if a beam went through them."""
     no_echo_reach: float = Field(4.0, ge=0)
-    """Length for which a beam without echo is believed to be free, metres."""
+    """Length for which a beam without echo counts as free, metres."""
     free_margin: float = Field(0.25, gt=0)
-    """A beam went through what it passed by more than this, metres."""
+    """Distance by which a beam must pass a surfel to count as going through it, metres."""
     miss_ratio: float = Field(0.5, gt=0)
     """A surfel is removed when its misses exceed two plus this times its hits."""
 

@@ -1,4 +1,4 @@
-"""The settings of matching, named as in the paper where they are the paper's, in SI units and radians."""
+"""Settings of matching, in SI units and radians; those of the paper have its names."""
 
 from typing import Annotated, Literal
 
@@ -53,40 +53,40 @@ class MotionConfig(Section):
     least: float = Field(0.005, gt=0)
     """Least standard deviation of a motion, metres and radians."""
     most_growth: float = Field(50.0, ge=1)
-    """Greatest factor by which the variances are raised where the scans keep contradicting the odometry."""
+    """Largest factor by which the variances grow while the scans keep contradicting the odometry."""
     memory: float = Field(0.8, ge=0, lt=1)
-    """Share of the last raise that is kept at the next scan."""
+    """Share of the last growth that is kept at the next scan."""
     without_odometry: float = Field(0.15, gt=0)
-    """Least standard deviation of a motion where odometry is not used, metres and radians."""
+    """Least standard deviation of a motion without odometry, metres and radians."""
     speed_without_odometry: float = Field(0.5, gt=0)
-    """Standard deviation of the speed where odometry is not used, m/s and rad/s: the longer a scan is after the last,
-    the farther the robot may have come."""
+    """Standard deviation of the speed without odometry, m/s and rad/s: the uncertainty of the motion grows with the
+    time between scans."""
 
 
 class SearchConfig(Section):
-    """The coarse search, for when the odometry was far off."""
+    """The coarse search, for odometry with large errors."""
 
     below: float = Field(0.4, ge=0, le=1)
-    """Search when a smaller share of the scan than this agrees with the map."""
+    """Search if a smaller share of the scan than this agrees with the map."""
     distance: float = Field(0.3, ge=0)
-    """Search after a motion of more than this, metres, or where three standard deviations of the prior are more."""
+    """Search after a motion of more than this, metres, or if three standard deviations of the prior are more."""
     angle: float = Field(0.3, ge=0)
-    """Search after a turn of more than this, radians, or where three standard deviations of the prior are more."""
+    """Search after a turn of more than this, radians, or if three standard deviations of the prior are more."""
     window: float = Field(1.5, gt=0)
-    """Greatest search to each side, metres; it goes as far as three standard deviations of the prior."""
+    """Largest search window to each side, metres; it covers three standard deviations of the prior."""
     window_angle: float = Field(0.6, gt=0)
-    """Greatest search to each side of the heading, radians; also three standard deviations of the prior."""
+    """Largest search window of the heading to each side, radians; it covers three standard deviations of the prior."""
     window_angle_without_odometry: float = Field(1.5, gt=0)
-    """The same where odometry is not used."""
+    """Largest search window of the heading to each side without odometry, radians."""
     anywhere: float = Field(2.0, ge=0)
-    """A match in doubt makes the search try every heading this far around the last pose, metres, and as much
-    farther as the wheels went; 0 for never."""
+    """After a doubtful match the search tries every heading within this distance of the last pose, metres, plus the
+    distance that the wheels measured; 0 for never."""
     reach: float = Field(15.0, gt=0)
-    """Walls farther than this from the sensor, metres, take no part."""
+    """Walls farther than this from the sensor, metres, are ignored."""
     gain: float = Field(1.5, ge=0)
-    """A pose found by search is taken when so many more pieces of the scan agree with the map."""
+    """A pose found by search is accepted if this many more pieces of the scan agree with the map."""
     prior_weight: float = Field(0.2, ge=0)
-    """Weight of half the squared Mahalanobis distance to the prior, against the number of pieces that agree."""
+    """Weight of half the squared Mahalanobis distance to the prior, relative to the number of pieces that agree."""
 
 
 class LeastSquaresConfig(Section):
@@ -99,28 +99,30 @@ class LeastSquaresConfig(Section):
     gate: float = Field(0.4, gt=0)
     """A piece is matched to a surfel nearer than this, metres."""
     floor: float = Field(0.01, gt=0)
-    """Standard deviation added to every piece, metres, more for a coarse sensor: real walls are not flat as lines."""
+    """Standard deviation added to every piece, metres, more for a coarse sensor: real walls are not perfectly flat."""
     kernel: float = Field(0.03, gt=0)
-    """Residuals far above this, metres, more for a coarse sensor, lose their weight (kernel of Geman and McClure)."""
+    """Residuals far above this, metres, more for a coarse sensor, lose their weight (Geman-McClure kernel)."""
     first_kernel: float = Field(0.6, gt=0)
-    """Kernel of the first iteration, metres; it is halved at every iteration until it is ``kernel``."""
+    """Kernel of the first iteration, metres; it is halved at every iteration until it equals ``kernel``."""
     max_iterations: int = Field(12, ge=1)
-    """Greatest number of iterations of Gauss and Newton."""
+    """Largest number of Gauss-Newton iterations."""
     tolerance: float = Field(1e-4, gt=0)
     """The iteration ends when a step is below this, metres and radians together."""
     lever: float = Field(2.0, gt=0)
-    """Metres: a turn of one radian counts as this much motion when directions are compared."""
+    """Lever, metres: a turn of one radian counts as this much motion when directions are compared."""
     weak: float = Field(0.001, ge=0, lt=1)
-    """A direction is unconstrained when the scan has less than this share of the information of its best one there."""
+    """A direction is unconstrained if the scan's information there is less than this share of that in its best
+    direction."""
     correlation: float = Field(4.0, ge=1)
-    """Errors of neighbouring pieces and of successive scans are alike: their information is divided by this."""
+    """Errors of neighbouring pieces and of successive scans are correlated: their information is divided by this."""
     lost_below: float = Field(0.3, ge=0, le=1)
-    """Lost when a smaller share of the pieces than this agrees with the map, ``lost_after`` times in a row."""
+    """The robot is lost if a smaller share of the pieces than this agrees with the map, ``lost_after`` times in a
+    row."""
     lost_after: int = Field(5, ge=1)
     """Number of scans in a row with a share below ``lost_below`` after which the robot is lost."""
     directions: Literal["auto", "never"] = "auto"
-    """Use of main directions: where most walls of the building have one of a few, the long walls of a scan tell its
-    heading. ``auto`` does so once it has seen enough of them."""
+    """Use of main directions: if most walls of the building have one of a few directions, the long walls of a scan
+    measure its heading. ``auto`` does so once it has seen enough of them."""
     motion: MotionConfig = MotionConfig()
     search: SearchConfig = SearchConfig()
 
@@ -131,4 +133,4 @@ MatchConfig = Annotated[
     | Annotated[OwnMethod, Tag(OWN)],
     by_method("least_squares"),
 ]
-"""The matcher; ``method`` chooses the section, and one of your own keeps its map as it likes."""
+"""The matcher; ``method`` chooses the section. A custom matcher keeps its map in its own way."""

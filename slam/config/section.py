@@ -1,4 +1,4 @@
-"""Sections, the parts of a configuration: what all have in common, the choice among them, and a user's own code."""
+"""Sections, the parts of a configuration: their base class, the choice between them, and a user's own code."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Final, Self
@@ -8,11 +8,11 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, PrivateAttr, V
 from slam.named_code import PLACE, call, find_code, is_allowed, refusal
 
 OWN: Final = "module:name"
-"""Tag of a section whose method is not in this repository, and how that method is written."""
+"""Tag of a section whose method is not in this repository; the method is then written ``module:name``."""
 ALLOWED: Final = "allow_modules"
 """Key of pydantic's validation context: the modules and ``module:name`` places whose code the user allows.
 
-Without it nothing is refused when a configuration is read, and nothing that it names can be called.
+Without it a configuration that names code can be read, but the code cannot be called.
 """
 
 
@@ -23,9 +23,9 @@ class Section(BaseModel):
 
 
 def by_method(default: str) -> Discriminator:
-    """Tell the sections of a union apart by their ``method``.
+    """Distinguish the sections of a union by their ``method``.
 
-    It is ``default`` where a section names none, and ``OWN`` for one that is written ``module:name``.
+    It is ``default`` if a section has none, and ``OWN`` for one that is written ``module:name``.
     """
 
     def method(section: Any) -> str | None:
@@ -36,21 +36,21 @@ def by_method(default: str) -> Discriminator:
 
 
 class OwnMethod(Section):
-    """An extractor or a matcher of your own: any function or class that Python can import.
+    """A custom extractor or matcher: any function or class that Python can import.
 
-    See docs/extend.md. A file only names it: the code runs when you allow its module, with `--allow-module`.
+    See docs/extend.md. A file only names it: the code runs if you allow its module, with `--allow-module`.
     """
 
     method: str = Field(pattern=PLACE)
     """``module:name``; the module's folder is on PYTHONPATH, or it is installed."""
     options: dict[str, Any] = Field({})
-    """Its keyword arguments."""
+    """Keyword arguments of the call."""
     _allowed: tuple[str, ...] = PrivateAttr(())
     """The permission; never written to a file, nor read from one."""
 
     @classmethod
     def of(cls, code: Callable[..., Any], **options: Any) -> Self:
-        """Make the section that names this function or class, at the top of a module, and allow it."""
+        """Make the section that names this function or class, which must be at the top of a module, and allow it."""
         place = f"{code.__module__}:{code.__qualname__}"
         return cls.model_validate({"method": place, "options": options}, context={ALLOWED: (place,)})
 
@@ -63,15 +63,15 @@ class OwnMethod(Section):
         return method
 
     def model_post_init(self, context: Any, /) -> None:
-        """Take the permission of the validation along."""
+        """Copy the permission from the validation context."""
         self._allowed = _allowed_in(context) or ()
 
     def call(self, *arguments: Any, **more: Any) -> Any:
-        """Call the code, and return its result; InputError, of one line, where it is not allowed or found, or fails."""
+        """Call the code, and return its result; InputError, of one line, if it is not allowed or found, or fails."""
         return call(self.method, find_code(self.method, self._allowed), *arguments, options=self.options, **more)
 
 
 def _allowed_in(context: Any) -> tuple[str, ...] | None:
-    """Return the code that a validation context allows; None where the context does not say."""
+    """Return the allowed code of a validation context; None if the context does not restrict it."""
     allowed = context.get(ALLOWED) if isinstance(context, Mapping) else None
     return None if allowed is None else tuple(allowed)

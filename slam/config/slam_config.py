@@ -1,4 +1,4 @@
-"""The settings of the whole method: which extractor, map and matcher, and when they are used."""
+"""The settings of the whole method: extractor, map and matcher, and when they are used."""
 
 from typing import Any, Literal, Self
 
@@ -15,34 +15,34 @@ from slam.modes import MODES, ModeName
 class SlamConfig(Section):
     """The whole method, Fig. 14.
 
-    By default it is this project's own; ``mode: paper`` makes it the paper's, and ``mode: dead_reckoning`` none at all:
-    wheel odometry alone, to compare with.
+    By default it is this project's own; ``mode: paper`` selects the paper's, and ``mode: dead_reckoning`` wheel
+    odometry alone, for comparison.
     """
 
     mode: ModeName = "hopslam"
-    """Choice of methods for those of the three parts below that name none."""
+    """Methods for those of the three parts below that name none."""
     lines: LineConfig = ChiSquareConfig()
     """Extraction of lines from a scan."""
     map: MapConfig = SurfelMapConfig()
-    """The map that is kept of the scans."""
+    """Map made of the scans."""
     matching: MatchConfig = LeastSquaresConfig()
     """Matching of a scan to the map."""
     localization: LocalizationConfig = LocalizationConfig()
     loops: Literal["auto", "never"] = "auto"
-    """Closing of loops: ``auto`` finds a place again whenever a submap is finished, and corrects pose and map;
-    with ``never`` the map is what was seen first. Only this project's own matcher and map close loops."""
+    """Closing of loops: ``auto`` searches for known places whenever a submap is finished, and corrects pose and map;
+    ``never`` keeps the map as it was first seen. Only this project's own matcher and map close loops."""
     deskew: bool = True
-    """Undo the motion of the robot while the beams were taken, where they carry time; off in paper mode."""
+    """Correct for the motion of the robot during a scan, if its beams have times; off in paper mode."""
     odometry: bool = True
-    """Start matching from odometry, eqs. (38)-(44); without it from the last pose, as the paper's simulation does."""
+    """Start matching from odometry, eqs. (38)-(44); if false, from the last pose, as in the paper's simulation."""
     update_distance: float = Field(0.0, ge=0)
-    """Extract, match and map only after this much motion since the last time, metres; odometry fills in between. At 0
-    every scan is used."""
+    """Extract, match and map only after this much motion since the last time, metres; odometry covers the scans
+    between. At 0 every scan is used."""
     update_angle: float = Field(0.2, gt=0)
-    """Extract, match and map also after this much turning, radians, where ``update_distance`` is above 0."""
+    """Extract, match and map also after this much turning, radians, if ``update_distance`` is above 0."""
 
     def without_odometry(self) -> Self:
-        """These settings for scans alone: every scan is used, for nothing tells how far the robot came between two."""
+        """Return these settings for scans without odometry: every scan is used, as no motion is known."""
         return self.model_copy(update={"odometry": False, "update_distance": 0.0})
 
     @model_validator(mode="before")

@@ -1,4 +1,4 @@
-"""Options that several commands have, and the words that the shell offers for them."""
+"""Options of several commands, with their shell completion."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,14 +7,14 @@ import typer
 
 
 def complete_scenario(incomplete: str) -> list[str]:
-    """Shipped scenarios whose names begin so; where there is none, the shell offers files."""
+    """Return shipped scenarios whose names begin with the text; without any, the shell offers files."""
     from slam.scenario.shipped import shipped_scenarios
 
     return [name for name in shipped_scenarios() if name.startswith(incomplete)]
 
 
 def complete_sweep(incomplete: str) -> list[str]:
-    """Shipped scenarios and sweeps whose names begin so."""
+    """Return shipped scenarios and sweeps whose names begin with the text."""
     from slam.scenario.shipped import SHIPPED
 
     sweeps = sorted(path.stem for path in (SHIPPED / "sweeps").glob("*.yaml"))
@@ -25,7 +25,7 @@ ScenarioName = Annotated[
     str,
     typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.", autocompletion=complete_scenario),
 ]
-Seed = Annotated[int | None, typer.Option(help="Seed of all that is random; default: the scenario's.")]
+Seed = Annotated[int | None, typer.Option(help="Seed of all random numbers; default: the scenario's.")]
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
 ]
@@ -34,7 +34,7 @@ AllowModules = Annotated[
     typer.Option(
         "--allow-module",
         metavar="NAME",
-        help="Files may run code of this Python module: see docs/extend.md; may be given again.",
+        help="Allow files to run code of this Python module: see docs/extend.md; may be given again.",
     ),
 ]
 Out = Annotated[
@@ -44,11 +44,12 @@ Out = Annotated[
 Rerun = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="WHERE", help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again."
+        metavar="WHERE",
+        help="Show it in rerun: FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again.",
     ),
 ]
 Ros = Annotated[
-    bool, typer.Option("--ros", help="Publish it on topics of ROS 2, and drive by them: see docs/topics.md.")
+    bool, typer.Option("--ros", help="Publish the run on ROS 2 topics, and obey their commands: see docs/topics.md.")
 ]
 Foxglove = Annotated[
     bool, typer.Option("--foxglove", help="Serve the same topics to the Foxglove app: see docs/topics.md.")
@@ -63,7 +64,7 @@ Pace = Annotated[
     float | None,
     typer.Option(
         metavar="X",
-        help="With topics: times real time; inf: as fast as it goes; 0: a scan with each command. Default: 1.",
+        help="With topics: factor to real time; inf: as fast as possible; 0: one scan per command. Default: 1.",
     ),
 ]
 Yes = Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")]
@@ -73,9 +74,7 @@ RecordWire = Annotated[
         metavar="FILE", help="Append every byte that passes over the ports to FILE, with times: see hopslam wire."
     ),
 ]
-ScanTopic = Annotated[str | None, typer.Option(metavar="NAME", help="Topic of a bag's scans, where it has several.")]
-OdomTopic = Annotated[str | None, typer.Option(metavar="NAME", help="Topic of a bag's odometry, where it has several.")]
-SavedMap = Annotated[
-    Path | None, typer.Option("--map", metavar="FILE", help="Go on mapping in this map.json of another run.")
-]
-Lenient = Annotated[bool, typer.Option("--lenient", help="Exit code 0 although most scans of a log are lost.")]
+ScanTopic = Annotated[str | None, typer.Option(metavar="NAME", help="Topic of a bag's scans, if it has several.")]
+OdomTopic = Annotated[str | None, typer.Option(metavar="NAME", help="Topic of a bag's odometry, if it has several.")]
+SavedMap = Annotated[Path | None, typer.Option("--map", metavar="FILE", help="Continue the map.json of another run.")]
+Lenient = Annotated[bool, typer.Option("--lenient", help="Exit with 0 even if most scans of a log are lost.")]

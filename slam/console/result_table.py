@@ -14,23 +14,23 @@ class ResultTable:
 
     title: str
     columns: Sequence[str]
-    """Line ends in them are for the terminal only."""
+    """Heads of the columns; line ends in them are for the terminal only."""
     rows: Sequence[Sequence[str]]
     notes: str = ""
     """Remarks on the numbers."""
 
     def for_terminal(self) -> TerminalTable:
-        """The table as the terminal shows it."""
+        """Format the table for a terminal."""
         return TerminalTable(self.columns, self.rows, self.title, self.notes)
 
     def html(self) -> str:
-        """The table in HTML, with its title above it."""
+        """Format the table as HTML, with its title above it."""
         lines = Markup("").join([_line("th", self.columns), *(_line("td", row) for row in self.rows)])
         title = Markup("<p><b>{}</b></p>").format(self.title) if self.title else Markup("")
         return str(title + Markup("<table>{}</table>").format(lines))
 
     def markdown(self) -> str:
-        """The table in Markdown, with an empty line at the end."""
+        """Format the table as Markdown, with an empty line at the end."""
         names = [column.replace("\n", " ") for column in self.columns]
         alignment = ["---", *["---:"] * (len(self.columns) - 1)]
         lines = ["| " + " | ".join(row) + " |" for row in (names, alignment, *self.rows)]
@@ -38,5 +38,5 @@ class ResultTable:
 
 
 def _line(tag: str, cells: Sequence[str]) -> Markup:
-    """A line of a table in HTML, with cells of this kind."""
+    """Format a line of a table as HTML, with this kind of cells."""
     return Markup("<tr>{}</tr>").format(Markup("").join(Markup(f"<{tag}>{{}}</{tag}>").format(cell) for cell in cells))

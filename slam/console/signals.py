@@ -1,16 +1,13 @@
-"""Signals by which somebody ends a program, or suspends it."""
+"""Signals that end or suspend a program."""
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from types import FrameType
 from typing import Final
 
-ENDING_SIGNALS: Final = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
-)
-"""Ctrl-C, ``kill``, a terminal that was closed, and Ctrl-Backslash, as far as this system has them."""
 _HANG_UP: Final = getattr(signal, "SIGHUP", None)
 
 
@@ -19,9 +16,9 @@ _suspensions = 0
 
 @contextmanager
 def signal_handler(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int]) -> Iterator[None]:
-    """Handle these signals while the block runs; only the main thread can.
+    """Handle these signals while the block runs; only possible in the main thread.
 
-    The signal of a closed terminal is left alone in a program that was started with nohup.
+    The signal of a closed terminal keeps its handler in a program that was started with nohup.
     """
     with ExitStack() as before:
         if threading.current_thread() is threading.main_thread():
@@ -32,7 +29,9 @@ def signal_handler(handler: Callable[[int, FrameType | None], object], numbers: 
 
 
 def count_suspensions() -> int:
-    """Count the suspensions since the first call, which must come from the main thread."""
+    """Count the suspensions since the first call, which must come from the main thread; Windows has none."""
+    if sys.platform == "win32":
+        return 0
     if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGCONT) is signal.SIG_DFL:
         signal.signal(signal.SIGCONT, _count_suspension)
     return _suspensions

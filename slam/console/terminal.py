@@ -1,6 +1,6 @@
-"""The terminal, or the file or pipe in its place: the one module that makes consoles and progress bars of rich.
+"""Output to a terminal, a file or a pipe; the only module that makes rich's consoles and progress bars.
 
-Text is printed as it is, character by character: rich's markup would take ``[m]`` for the name of a style.
+Text is printed unchanged: rich's markup would read ``[m]`` as the name of a style.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class Terminal(Console):
-    """A console without markup. Long lines are left to the terminal to wrap, so that a copy of one is whole."""
+    """A console without markup. It does not wrap long lines, so that a copied line is complete."""
 
     def __init__(self, **options: Any) -> None:
-        """Take the other options of rich's Console."""
+        """Pass the other options to rich's Console."""
         super().__init__(markup=False, emoji=False, highlight=False, soft_wrap=True, **options)
 
     def waiting(self, text: str) -> AbstractContextManager[object]:
-        """A spinner beside the text while the block runs, drawn where ``progress`` draws its bar."""
+        """Show a spinner beside the text while the block runs, on the stream that ``progress`` uses."""
         if self.quiet or self.is_jupyter:
             return nullcontext()  # rich would show a widget in a notebook
         from rich.live import Live
@@ -38,10 +38,11 @@ class Terminal(Console):
         )  # fmt: skip
 
     def progress(self, *fields: str, transient: bool = False, still: bool = False) -> Progress:
-        """A bar between a description and the time; ``fields`` are formats of rich's ``task`` that stand between.
+        """Make a progress bar between a description and the time.
 
-        It is drawn on standard error where standard output is no terminal, and not at all where neither is one. A
-        ``still`` one is drawn when it advances only: no thread runs beside what is timed, or forks.
+        ``fields`` are formats of rich's ``task`` between them. It is drawn on standard error if standard output is not
+        a terminal, and not at all if neither is. A ``still`` bar is drawn only when it advances: no extra thread
+        disturbs timing or forks.
         """
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
@@ -62,7 +63,7 @@ class Terminal(Console):
         self.print(Markdown(text), soft_wrap=False)
 
     def warn(self, *texts: str) -> None:
-        """Print warnings on standard error, a line each; a quiet console makes Python warnings of them."""
+        """Print warnings on standard error, one per line; a quiet console turns them into Python warnings."""
         for text in texts:
             if self.quiet:
                 warnings.warn(text, stacklevel=3)
@@ -70,5 +71,5 @@ class Terminal(Console):
                 print(f"hopslam: warning: {text}", file=sys.stderr)
 
     def _watched(self) -> Console:
-        """The console on which a user sees what moves: this one, or standard error."""
+        """The console for progress: this one, or standard error."""
         return self if self.is_terminal or self.quiet else Terminal(stderr=True)

@@ -15,24 +15,24 @@ from rich.text import Text
 _GAP: Final = 2
 """Spaces between columns."""
 _LONG: Final = 24
-"""Characters: a cell that is no longer than this is never wrapped; a longer one is, between words."""
+"""Length up to which a cell is never wrapped, characters; a longer one is wrapped between words."""
 
 
 @dataclass(frozen=True, slots=True)
 class TerminalTable:
     """Rows of cells under a title; the first column names the row.
 
-    Where the columns find no room side by side on a terminal, those that are left follow in another block, beside the
-    names again; numbers are never broken. In a file or pipe the table is as wide as it needs to be.
+    If the columns do not fit side by side on a terminal, the remaining ones follow in another block, beside the names
+    again; numbers are never broken. In a file or pipe the table is as wide as necessary.
     """
 
     columns: Sequence[str]
-    """Head of each column; where all are empty, the table has no head."""
+    """Head of each column; if all are empty, the table has no head."""
     rows: Sequence[Sequence[str]]
     title: str = ""
     notes: str = ""
     bold_rows: int = 0
-    """Number of rows, from the first on, that are bold."""
+    """Number of rows, from the first one, that are bold."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         available = options.max_width if console.is_terminal else sys.maxsize
@@ -48,7 +48,7 @@ class TerminalTable:
             yield Text()
 
     def _block(self, widths: dict[int, int]) -> Table:
-        """The columns of these indices, each so many characters wide."""
+        """Return the columns with these indices, each of this width in characters."""
         headed = any(self.columns)
         table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, _GAP - 1, 0, 0), show_header=headed)
         for index, width in widths.items():
@@ -79,7 +79,7 @@ class _Size(NamedTuple):
 
 
 def _blocks(sizes: Sequence[_Size], available: int) -> Iterator[dict[int, int]]:
-    """Widths by the index of the column; every block begins with the first column."""
+    """Return widths by the index of the column; every block begins with the first column."""
     names, others = sizes[0], list(enumerate(sizes))[1:]
     least = min(names.least, max(names.word, available - _GAP - max((size.least for _, size in others), default=0)))
     while True:
@@ -94,7 +94,7 @@ def _blocks(sizes: Sequence[_Size], available: int) -> Iterator[dict[int, int]]:
 
 
 def _widened(columns: Sequence[tuple[int, _Size]], room: int) -> dict[int, int]:
-    """Widths by index, after the room that is left went to the columns that can use it, from the left."""
+    """Return widths by index, after the remaining room was given to the columns that can use it, from the left."""
     widths = {}
     for index, size in columns:
         more = max(0, min(size.whole - size.least, room))
@@ -103,6 +103,6 @@ def _widened(columns: Sequence[tuple[int, _Size]], room: int) -> dict[int, int]:
 
 
 def _paragraph(text: str, available: int, style: str) -> Iterator[Text]:
-    """The lines of a text of several words; none for no text."""
+    """Split a text of several words into lines; an empty text has none."""
     for line in text.splitlines():
         yield from (Text(part, style) for part in wrap(line, min(available, 10_000)) or [""])

@@ -23,7 +23,7 @@ EndName = Literal[*ENDS]  # type: ignore[valid-type]  # the same
 
 
 def _several(names: Any) -> Any:
-    """Take a bare name as a list of one."""
+    """Turn a single name into a list of one."""
     return one_or_several(names) if isinstance(names, str) else names
 
 
@@ -36,13 +36,13 @@ class EnvConfig(Section):
     """The keys of an observation."""
     reward: RewardName = "progress"
     collision_penalty: NotNegative = 0.0
-    """Taken off the reward of every step that ends in a collision."""
+    """Subtracted from the reward of every step that ends in a collision."""
     end_on: Annotated[tuple[EndName, ...], BeforeValidator(_several)] = ("collision", "goal")
     """Ends that terminate an episode."""
     max_seconds: Positive | None = None
-    """An episode is truncated after this many simulated seconds; never later than the scenario's ``duration``."""
+    """An episode is truncated after this many simulated seconds, at the latest after the scenario's ``duration``."""
     lost_beyond: Positive = 1.0
-    """SLAM counts as lost when its pose is farther than this from the true one, metres, where that is known."""
+    """SLAM counts as lost if its pose is farther than this from the true one, metres, if that is known."""
     goal_as: Literal["polar", "xy"] = "polar"
     """Coordinates of the next way-point."""
     map_cells: int = Field(64, ge=8, le=512)
@@ -52,11 +52,11 @@ class EnvConfig(Section):
 
     @property
     def uses_slam(self) -> bool:
-        """True where anything here depends on the method: without need it does not run."""
+        """True if a view, reward or end needs the method; otherwise it does not run."""
         return "lost" in self.end_on or not {"slam_pose", "map"}.isdisjoint(self.observe)
 
     def twist(self, action: Any, track: float) -> Twist2D:
-        """Read an action as the command it stands for; InputError for anything but two finite numbers."""
+        """Convert an action to a command; InputError for anything but two finite numbers."""
         return twist_action(action) if self.action == "twist" else wheels_action(action, track)
 
     def make_views(self, scenario: Scenario, extent: Extent) -> dict[str, View]:
@@ -69,11 +69,11 @@ class EnvConfig(Section):
         return REWARDS[self.reward](first, extent, self.cell)
 
     def ending(self, state: StepState) -> str:
-        """Name the first end of ``end_on`` that has come; "" while there is none."""
+        """Return the name of the first end of ``end_on`` that is true; "" for none."""
         return next((name for name in self.end_on if ENDS[name](state, self.lost_beyond)), "")
 
     def require_route(self, scenario: Scenario) -> None:
-        """Refuse a scenario without way-points where the reward or a view needs them."""
+        """Refuse a scenario without way-points if the reward or a view needs them."""
         progress = self.reward == "progress"
         if (progress or "goal" in self.observe) and not scenario.route.waypoints:
             needs = "reward='progress'" if progress else "observe='goal'"
@@ -83,7 +83,7 @@ class EnvConfig(Section):
 
 
 def env_config(arguments: dict[str, Any]) -> EnvConfig:
-    """Check the arguments given to ``gymnasium.make``; ScenarioError is one line that names the first wrong one."""
+    """Check the arguments of ``gymnasium.make``; ScenarioError is one line that names the first wrong one."""
     try:
         return EnvConfig.model_validate(arguments)
     except ValidationError as errors:

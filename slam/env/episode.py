@@ -1,4 +1,4 @@
-"""One episode, from scan to scan."""
+"""One episode, scan by scan."""
 
 from typing import Any
 
@@ -17,10 +17,10 @@ from slam.scenario.schema import Scenario
 
 
 class Episode:
-    """One episode, which begins with the first observation, at the pose ``start``.
+    """One episode; it begins with the first observation, at the pose ``start``.
 
-    ``state`` holds all that is known after the last observation. The method runs where the configuration needs it, and
-    where the robot does not know the truth.
+    ``state`` is the state after the last observation. SLAM runs if the configuration needs it, or if the robot does not
+    know its true pose.
     """
 
     def __init__(
@@ -43,12 +43,12 @@ class Episode:
 
     @property
     def moment(self) -> StepState:
-        """The state, by its name in version 0.1."""
+        """The state, under its name of version 0.1."""
         return self.state
 
     @property
     def turns(self) -> int:
-        """Turns of the lidar since the episode began, the first scan's among them, lost scans too."""
+        """Turns of the lidar since the episode began, including the first scan and lost scans."""
         return 1 + round((self.state.observation.scan.stamp - self._began) / self._scan_time)
 
     @property
@@ -58,18 +58,18 @@ class Episode:
 
     @property
     def out_of_time(self) -> bool:
-        """True where this was the last scan for which there is time, or the robot has no more."""
+        """True if the episode has no time for another scan, or the robot has no more scans."""
         return self._no_more_scans or self.turns >= self._last_turn
 
     def update(self, observation: Observation | None) -> None:
-        """Take the next observation in: along the route, and through the method where it runs. None: no more scans."""
+        """Process the next observation: advance the route, and run SLAM if needed. None: no more scans."""
         if observation is None:
             self._no_more_scans = True
             return
         estimate = self.slam.update(observation.scan, observation.odometry) if self.slam else None
         T_map_base = observation.T_map_base
         if T_map_base is None:
-            assert estimate is not None  # the method runs where the truth is not known
+            assert estimate is not None  # SLAM runs if the true pose is unknown
             T_map_base = estimate.T_map_base
         route = self._route_progress
         route.advance(T_map_base)
@@ -77,7 +77,7 @@ class Episode:
         self.state = StepState(observation, T_map_base, T_map_laser, route.goal, route.arrived, route.left, estimate)
 
     def views(self) -> dict[str, NDArray[Any]]:
-        """Make what the agent sees of this state, in fresh arrays."""
+        """Make the agent's views of this state, in new arrays."""
         return {name: view.of(self.state) for name, view in self._views.items()}
 
     def reward_terms(self) -> dict[str, float]:
@@ -88,7 +88,7 @@ class Episode:
         }
 
     def info(self, applied: Twist2D, terms: dict[str, float], ending: str) -> dict[str, Any]:
-        """Make the ``info`` of the manual of ``P3DXEnv``: plain numbers and fresh arrays, for vector environments too.
+        """Make the ``info`` described in ``P3DXEnv``: plain numbers and new arrays, also for vector environments.
 
         Its keys depend on the arguments, not on the robot.
         """

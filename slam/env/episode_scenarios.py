@@ -1,4 +1,4 @@
-"""The scenarios of the episodes of an environment, and the options of ``reset``, which change one of them."""
+"""Scenarios of the episodes of an environment, and the options of ``reset``, which change one episode."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ _KEYS = ("start", "goal", "settings")
 
 @dataclass(frozen=True, slots=True)
 class ResetOptions:
-    """A start of the robot, an only way-point that it drives to, and settings on top of the scenario's."""
+    """Start of the robot, a single way-point as its goal, and additional settings of the scenario."""
 
     start: Place | None = None
     goal: Place | None = None
@@ -32,7 +32,7 @@ class ResetOptions:
 
     @classmethod
     def of(cls, options: Mapping[str, Any] | None) -> Self:
-        """Check the options given to ``reset``; InputError names an unknown key, or what is wrong with a value."""
+        """Check the options of ``reset``; InputError names an unknown key, or the fault of a value."""
         given = options or {}
         if not isinstance(given, Mapping):
             raise InputError(f"options={options!r}: give a dict with any of the keys {', '.join(_KEYS)}")
@@ -47,7 +47,7 @@ class ResetOptions:
         )
 
     def applied(self, scenario: Scenario) -> Scenario:
-        """Put this start and goal into the scenario; ScenarioError where a solid stands there."""
+        """Put this start and goal into the scenario; ScenarioError if a solid occupies one of them."""
         if self.start is None and self.goal is None:
             return scenario
         robot, route = scenario.robot, scenario.route
@@ -83,13 +83,13 @@ def _place(name: str, value: Any, counts: tuple[int, ...]) -> Place:
 
 
 def _number_error(error: ValidationError) -> str:
-    """Name the number that is wrong, and why."""
+    """Name the wrong number, and why it is wrong."""
     (number,), reason = validation_message(error, Place)
     return f"{number}: {reason}"
 
 
 class EpisodeScenarios:
-    """Draws scenarios from a file, given by name or path with settings on top; a scenario as a value stays as it is."""
+    """Draws scenarios from a file, given by name or path with additional settings; a Scenario value does not change."""
 
     def __init__(
         self,
@@ -104,14 +104,17 @@ class EpisodeScenarios:
         self._template: ScenarioTemplate | None = None
         if isinstance(scenario, Scenario) and not self._settings:
             self.first = scenario
-            """The scenario of the file's own seed."""
+            """Make the scenario of the file's own seed."""
         else:
             self._template = self._load()
             self.first = self._template.draw()
         config.require_route(self.first)
 
     def draw(self, seed: int | None, options: ResetOptions) -> Scenario:
-        """Make the scenario of an episode with this seed, or the file's own; ``first`` itself where it is that one."""
+        """Make the scenario of an episode with this seed, or with the file's own.
+
+        Return ``first`` if it is the same.
+        """
         if options.settings:
             scenario = self._load(options.settings).draw(seed)
         elif self._template is None or not self._template.random:
@@ -125,13 +128,13 @@ class EpisodeScenarios:
         return scenario
 
     def draw_pool(self, count: int | None) -> list[Scenario]:
-        """Draw so many scenarios, 64 unless told, of the seeds from the file's own on; one where nothing is random."""
+        """Draw ``count`` scenarios, by default 64, of the seeds from the file's own on; one if nothing is random."""
         if self._template is None or not self._template.random:
             return [self.first]
         return [self.draw(self.first.seed + k, ResetOptions()) for k in range(count or 64)]
 
     def _load(self, more: tuple[str, ...] = ()) -> ScenarioTemplate:
-        """Load the file, with more settings on top; ScenarioError for a value, which takes none."""
+        """Load the file, with more settings; ScenarioError for a Scenario value, which takes none."""
         settings = self._settings + more
         if isinstance(self._given, Scenario):
             raise ScenarioError(

@@ -1,4 +1,4 @@
-"""The ids under which gymnasium knows the environments, and the manual of each."""
+"""The gymnasium ids of the environments, and the manual of each."""
 
 from collections.abc import Iterator
 from inspect import getdoc
@@ -22,16 +22,16 @@ ENV_IDS: Final[dict[str, str | None]] = {
     "hopslam/RandomOffice-v0": "random_office",
     "hopslam/UmbmarkRoom-v0": "umbmark_room",
 }
-"""Every id with the scenario it stands for; None where that is the argument ``scenario``."""
+"""Every id with its scenario; None if the scenario is an argument."""
 
 BATCH: Final = "sim.batch.env:BatchEnv"
-"""slam knows of sim by name only."""
+"""Entry point, by name: slam does not import sim."""
 
 
 class _SyncUnlessTold(dict[str, Any]):
-    """Arguments of an environment of which ``gymnasium.make_vec`` makes several in the usual way unless told otherwise.
+    """Arguments that make ``gymnasium.make_vec`` use separate environments by default.
 
-    gymnasium takes ``vectorization_mode`` from an environment's arguments with the caller's as the default; where the
+    gymnasium takes ``vectorization_mode`` from an environment's arguments with the caller's as the default; if the
     caller gave none, it would choose the vector entry point, which has no PyBullet.
     """
 
@@ -40,7 +40,10 @@ class _SyncUnlessTold(dict[str, Any]):
 
 
 def register_ids() -> None:
-    """Register every id with gymnasium, once. ``import sim`` does it, and so ``gymnasium.make("sim:hopslam/...")``."""
+    """Register every id with gymnasium, once.
+
+    ``import sim`` does it, and so does ``gymnasium.make("sim:hopslam/...")``.
+    """
     for env_id, scenario in ENV_IDS.items():
         if env_id not in gymnasium.registry:
             kwargs = _SyncUnlessTold({} if scenario is None else {"scenario": scenario})
@@ -48,7 +51,7 @@ def register_ids() -> None:
 
 
 def find_env_id(name: str) -> str:
-    """The whole id of this name, given with or without ``hopslam/``; InputError names what was perhaps meant."""
+    """Return the whole id of this name, given with or without ``hopslam/``; InputError suggests a similar one."""
     whole = name if name in ENV_IDS else f"hopslam/{name}"
     if whole in ENV_IDS:
         return whole
@@ -57,7 +60,7 @@ def find_env_id(name: str) -> str:
 
 
 def manual(env_id: str) -> str:
-    """Write the manual of the environment of this whole id, as Markdown: its docstring, and what it is as built."""
+    """Write the manual of the environment with this whole id, as Markdown: its docstring, spaces and clock."""
     register_ids()
     with gymnasium.make(env_id) as made:
         docstring = getdoc(type(made.unwrapped))
@@ -70,7 +73,7 @@ def manual(env_id: str) -> str:
 
 
 def _as_built(env: Any) -> Iterator[tuple[str, str]]:
-    """Spaces and clock of this one environment."""
+    """Describe spaces and clock of this environment."""
     scenario = env.scenario
     clock, scan_time = scenario.clock, scenario.lidar.description.lidar.scan_time
     yield "action", f"`{env.action_space}`"

@@ -30,11 +30,10 @@ ObservationDict = dict[str, NDArray[Any]]
 class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     """A Pioneer P3-DX with a planar lidar in the world of a scenario, simulated or real.
 
-    ## Description
-    A differential-drive robot drives through a PyBullet world, sees it through a noisy lidar and reckons its way by
-    wheels that err. One step is one turn of the lidar, 0.1 s: so long the action is held, and at the end the scan is
-    observed. Meanwhile physics advances at ``physics.rate``, 240 steps a second, and the base follows its ramps at
-    ``robot.control_rate``, 60 times a second. A scenario in which one does not divide the other is refused.
+    ## Description A differential-drive robot drives through a PyBullet world, with a noisy lidar and odometry from
+    wheels with errors. One step is one turn of the lidar, 0.1 s: the action is held for that time, and at the end the
+    scan is observed. Meanwhile physics advances at ``physics.rate``, 240 steps a second, and the base follows its ramps
+    at ``robot.control_rate``, 60 times a second. A scenario in which one does not divide the other is refused.
 
     With `backend="hardware"` the same class drives the real robot, or emulated devices, at the ports that the
     scenario's section ``hardware`` names; see Real Robots.
@@ -103,7 +102,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     ends come from SLAM, which starts at the scenario's start pose; `info["pose_from"]` says `"estimate"`, and
     `info["T_map_base"]`, the truth, is nan. A `collision` is what the bumpers and the stall flag tell.
 
-    - Before the first motion of every episode it asks on the terminal whether the way is free. `yes=True` leaves the
+    - Before the first motion of every episode it asks on the terminal whether the path is clear. `yes=True` leaves the
       question out, which a program without a terminal must; with `dry_run=True` the robot never moves.
     - `reset` opens the devices anew and moves nothing. The first episode takes the place where the robot stands for
       the scenario's start pose. A later one begins where the last one left the robot, as SLAM says after it has braked,
@@ -218,7 +217,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[ObservationDict, dict[str, Any]]:
-        """Put the robot at its start, at rest, and take the first scan; the seed decides all that is random."""
+        """Put the robot at its start, at rest, and take the first scan; the seed decides all random numbers."""
         super().reset(seed=seed)
         seed = int(self.np_random.integers(2**31)) if seed is None else seed
         with self._session.stopping():
@@ -230,10 +229,9 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         return self._episode.views(), self._episode.info(Twist2D(), terms, "")
 
     def step(self, action: Any) -> tuple[ObservationDict, float, bool, bool, dict[str, Any]]:
-        """Drive at the speeds of the action until the next scan has come.
+        """Drive at the speeds of the action until the next scan.
 
-        InputError for what is no such action, and for one that would move a robot after the end of its episode, if
-        that may be a real one.
+        InputError for an invalid action, and for one that could move a real robot after the end of its episode.
         """
         with self._session.stopping():
             twist = self.config.twist(action, self.scenario.robot.odometry.track)
@@ -253,10 +251,10 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         return episode.views(), sum(terms.values()), bool(end), episode.out_of_time, info
 
     def render(self) -> NDArray[np.uint8] | None:
-        """The view from above, (height, width, 3), with ``rgb_array``; None else.
+        """Draw the view from above, (height, width, 3), for ``rgb_array``; None otherwise.
 
         Walls are grey, the scan yellow, SLAM's lines blue and its pose orange, the true pose dark, the next way-point
-        violet, people sky blue. What is not known is left out.
+        violet, people sky blue. Unknown items are left out.
         """
         if self.render_mode != "rgb_array":
             return None
@@ -303,7 +301,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         return Episode(self.config, scenario, self._extent, seed, unmoved or scenario.robot.start.pose, first)
 
     def _left_at(self) -> Pose2D | None:
-        """Bring the robot to rest, and return its pose in the last episode; None where there was no episode."""
+        """Bring the robot to rest, and return its pose in the last episode; None if there was no episode."""
         if self._episode is None:
             return None
         self._session.come_to_rest(self._episode.update)

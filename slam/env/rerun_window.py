@@ -16,9 +16,9 @@ from slam.run.viewer.viewers import GRPC_PORT, Viewers
 
 
 class RerunWindow:
-    """Shows what ``hopslam run --rerun spawn`` shows, one recording for each episode.
+    """Shows each episode as ``hopslam run --rerun spawn`` does, in its own recording.
 
-    Nothing waits for the viewer. Where there is no screen, that is said once, and nothing is shown.
+    Nothing waits for the viewer. Without a screen, a single warning is printed, and nothing is shown.
     """
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class RerunWindow:
             self.show(episode, Twist2D())
 
     def show(self, episode: Episode, applied: Twist2D) -> None:
-        """Show the state that the episode is in."""
+        """Show the present state of the episode."""
         state = episode.state
         if self._viewer is not None:
             estimate = state.estimate or Estimate(state.observation.scan.stamp, state.T_map_base)

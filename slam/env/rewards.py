@@ -11,9 +11,10 @@ Reward = Callable[[StepState], float]
 
 
 def progress_reward(first: StepState, extent: Extent, cell: float) -> Reward:
-    """``L[t-1] - L[t]``, metres, where L is the straight way from the true position through all way-points left.
+    """``L[t-1] - L[t]``, metres.
 
-    Driving away costs as much as coming back earns; over an episode the sum is ``L[0] - L[T]``.
+    L is the length of the straight path from the true position through all way-points left. Driving away costs as much
+    as coming back earns; over an episode the sum is ``L[0] - L[T]``.
     """
     left = first.route_left
 
@@ -26,9 +27,9 @@ def progress_reward(first: StepState, extent: Extent, cell: float) -> Reward:
 
 
 def coverage_reward(first: StepState, extent: Extent, cell: float) -> Reward:
-    """``a^2 (N[t] - N[t-1])``, m^2, where N cells of side a have been seen: spanned by beams, or met by one.
+    """``a^2 (N[t] - N[t-1])``, m^2, where N cells of side a have been seen: spanned by beams, or hit by one.
 
-    The beams are taken from the true pose. What the first scan sees is nobody's merit and counts nothing.
+    The beams start at the true pose. The cells of the first scan do not count.
     """
     grid = OccupancyGrid(extent, cell)
 
@@ -40,7 +41,7 @@ def coverage_reward(first: StepState, extent: Extent, cell: float) -> Reward:
 
 
 def no_reward(first: StepState, extent: Extent, cell: float) -> Reward:
-    """Always 0: for control without learning, or a reward of one's own."""
+    """Always 0: for control without learning, or with a custom reward."""
     return lambda state: 0.0
 
 
@@ -49,5 +50,5 @@ REWARDS: Final[dict[str, Callable[[StepState, Extent, float], Reward]]] = {
     "coverage": coverage_reward,
     "none": no_reward,
 }
-"""Every reward by the name that the argument ``reward`` gives it; made from the first state of an episode, the extent
-of its world, and the side of a cell, metres."""
+"""Every reward by its name in the argument ``reward``; made from the first state of an episode, the extent of its
+world, and the side of a cell, metres."""

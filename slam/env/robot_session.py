@@ -27,15 +27,15 @@ _REST: Final = Twist2D(0.005, 0.01)
 
 
 class RobotSession:
-    """The robot of an environment; it is stopped when it is closed, and when this object is lost.
+    """The robot of an environment; it is stopped when it is closed, and when this object is garbage-collected.
 
-    A ``Restartable`` robot is set back to its start where it can; every other one is closed and opened anew.
+    A ``Restartable`` robot is set back to its start if possible; every other one is closed and opened again.
     """
 
     def __init__(self, backend: str, *, yes: bool, dry_run: bool) -> None:
         options = _backend_options(backend, yes, dry_run)
-        self.restartable = is_restartable(backend)  # an unknown name is refused now
-        """True where an episode begins at the start of its scenario; else it begins where the robot stands."""
+        self.restartable = is_restartable(backend)  # an unknown name is refused here
+        """True if an episode begins at the start of its scenario; otherwise it begins at the robot's pose."""
         self._backend, self._options = backend, options
         self._robot: Robot | None = None
         self._scenario: Scenario | None = None
@@ -54,7 +54,7 @@ class RobotSession:
         return self._robot
 
     def start(self, scenario: Scenario, seed: int) -> Observation:
-        """Begin an episode in this scenario, and take the first scan; RobotError where another lidar made it."""
+        """Begin an episode in this scenario, and take the first scan; RobotError if another lidar made it."""
         if self._scenario is scenario and isinstance(self._robot, Restartable):
             self._robot.restart(seed)
         else:
@@ -66,7 +66,7 @@ class RobotSession:
         return first
 
     def step(self, command: Twist2D, patience: float) -> tuple[Twist2D, Observation | None]:
-        """Drive until the next scan comes: the command as it was applied, and the scan; None when there are no more."""
+        """Drive until the next scan; return the command as applied, and the scan, None if there are no more."""
         taken, _ = step_patiently(self._drive_and_observe, command, patience)
         return taken
 
@@ -76,7 +76,7 @@ class RobotSession:
             self._robot.drive(Twist2D())
 
     def come_to_rest(self, see: Callable[[Observation], object]) -> None:
-        """Brake; ``see`` gets each scan until the robot stands."""
+        """Brake; ``see`` gets each scan until the robot is at rest."""
         until = monotonic() + _BRAKING
         while self._robot is not None and monotonic() < until:
             _, observation = self._drive_and_observe(Twist2D())
@@ -89,7 +89,7 @@ class RobotSession:
 
     @contextmanager
     def stopping(self) -> Iterator[None]:
-        """Let the robot stand whatever goes wrong: after wrong input it may go on, after all else it is closed."""
+        """Stop the robot after any error in the block; after wrong input it may continue, otherwise it is closed."""
         try:
             yield
         except InputError:
@@ -124,7 +124,7 @@ class RobotSession:
 
 
 def _backend_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
-    """Options that the back end is made with; InputError for options that do not fit it, and for a recorded log."""
+    """Return the options of the back end; InputError for options that do not fit it, and for a recorded log."""
     if backend == "replay":
         raise InputError("backend='replay': a recorded log obeys no agent; run: hopslam replay LOG")
     if backend != "hardware" and (yes or dry_run):
@@ -134,7 +134,7 @@ def _backend_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
 
 
 def _let_go(robot: Robot) -> None:
-    """Stop a robot that nobody holds any more.
+    """Stop a robot whose owner is gone.
 
     The garbage collector may call this from a thread that the robot waits for when it is closed; then another thread
     closes it.
@@ -146,7 +146,7 @@ def _let_go(robot: Robot) -> None:
 
 
 def _require_lidar(scan: LaserScan, config: LidarConfig) -> None:
-    """RobotError where a scan does not see all that the view of it shows; how many beams it has does not matter."""
+    """Raise RobotError if a scan does not cover the field of view; the number of its beams does not matter."""
     given, expected = scan.lidar, config.description.lidar
     blind = int((nearest_beams(given, expected) == given.beams).sum())
     if blind or given.range_max != expected.range_max:

@@ -1,4 +1,4 @@
-"""Marks in a grid of cells what one scan shows: the area that its beams span is free, its echoes are walls.
+"""Marks one scan in a grid of cells: the area spanned by its beams is free, its echoes are walls.
 
 The area is the polygon from the sensor along the ends of the beams and back. It is filled row by row: where an edge
 crosses the middle line of a row, a bit of the cell to the right changes, and between an odd and an even change the row
@@ -15,7 +15,7 @@ from slam.pose import FloatArray
 
 UNKNOWN, FREE, WALL = 0, 1, 2
 _EDGE: Final = 0x80
-"""The bit that changes where an edge crosses; no cell keeps it."""
+"""Bit that flips at an edge; no cell keeps it."""
 
 
 @compiled_on_views
@@ -32,11 +32,11 @@ def measure_seen(ranges: FloatArray, range_max: float, seen: FloatArray) -> None
 def mark_scan(
     cells: NDArray[np.uint8], x: float, y: float, ends: FloatArray, echoes: NDArray[np.bool_], whole_turn: bool
 ) -> int:
-    """Mark as FREE the cells whose middle the beams from (x, y) span, as WALL those with echoes; how many were UNKNOWN.
+    """Mark cells spanned by the beams from (x, y) as FREE, and those with echoes as WALL.
 
-    ``cells`` (rows, columns) is written to, row along y. ``ends`` (2, N) are x, y of where the beams end, in
-    counter-clockwise order: at (x, y) where a beam saw nothing. With ``whole_turn`` the last beam is next to the first.
-    A cell once seen as WALL stays one. Outside there is nothing.
+    Returns how many were UNKNOWN. ``cells`` (rows, columns) is written to, row along y. ``ends`` (2, N) are x, y of the
+    ends of the beams, in counter-clockwise order; the end of a beam that saw nothing is (x, y). With ``whole_turn`` the
+    last beam is next to the first. A cell once seen as WALL stays one. Cells outside the grid are ignored.
     """
     last = ends.shape[1] - 1
     x0, y0 = (ends[0, last], ends[1, last]) if whole_turn else (x, y)
@@ -59,13 +59,13 @@ def mark_scan(
 
 @compiled_on_views
 def _next_middle(place: float) -> int:
-    """Number of the first cell whose middle is not before this place."""
+    """Return the index of the first cell whose middle is not before this position."""
     return int(np.ceil(place - 0.5))
 
 
 @compiled_on_views
 def _cross_rows(cells: NDArray[np.uint8], x0: float, y0: float, x1: float, y1: float) -> None:
-    """Change the bit of the first cell behind an edge in each row whose middle line it crosses."""
+    """Flip the bit of the first cell behind an edge in each row whose middle line it crosses."""
     begin, end = _next_middle(y0), _next_middle(y1)
     if begin == end:
         return
@@ -78,7 +78,7 @@ def _cross_rows(cells: NDArray[np.uint8], x0: float, y0: float, x1: float, y1: f
 
 @compiled_on_views
 def _fill(row: NDArray[np.uint8]) -> int:
-    """Mark what lies inside as FREE, and clear the bits of the edges; how many cells were UNKNOWN."""
+    """Mark the cells inside as FREE, and clear the bits of the edges; return how many were UNKNOWN."""
     found = inside = 0
     for column in range(len(row)):
         cell = int(row[column])

@@ -1,4 +1,4 @@
-"""The state of an episode after one scan, and the ends that it may have come to."""
+"""State of an episode after one scan, and the conditions that end an episode."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,25 +13,25 @@ from slam.robot import Observation
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepState:
-    """All that views, rewards and ends are made from."""
+    """Inputs of views, rewards and ends."""
 
     observation: Observation
     T_map_base: Pose2D
-    """The true pose; the estimate where the robot does not know the truth."""
+    """The true pose; the estimated one if the robot does not know the true pose."""
     T_map_laser: Pose2D
     """The pose of the sensor, from the same source."""
     goal: Pose2D | None
     """The next way-point; None when all are passed."""
     arrived: bool
-    """True when the last way-point was reached."""
+    """True once the last way-point was reached."""
     route_left: float
-    """Metres of the route that are left."""
+    """Remaining length of the route, metres."""
     estimate: Estimate | None
-    """Estimate of the method; None where it does not run."""
+    """Estimate of SLAM; None if it does not run."""
 
     @property
     def truth(self) -> Pose2D | None:
-        """The true pose; None where the robot does not know it."""
+        """The true pose; None if the robot does not know it."""
         return self.observation.T_map_base
 
     @property
@@ -41,26 +41,26 @@ class StepState:
 
     @property
     def estimated_pose(self) -> Pose2D:
-        """Pose that the method estimates, map frame."""
+        """Pose that SLAM estimates, map frame."""
         if self.estimate is None:
             raise RobotError("this environment runs no SLAM: ask for slam_pose or map in observe, or lost in end_on")
         return self.estimate.T_map_base
 
     @property
     def lost(self) -> bool:
-        """True where the method says itself that it is lost."""
+        """True if SLAM reports that it is lost."""
         return self.estimate is not None and self.estimate.lost
 
     @property
     def slam_error(self) -> float:
-        """Metres from the true to the estimated pose; nan without the truth, 0 where the method does not run."""
+        """Distance of the estimated from the true pose, metres; nan without the true pose, 0 without SLAM."""
         if self.estimate is None:
             return 0.0
         return nan if self.truth is None else self.truth.distance(self.estimate.T_map_base)
 
     @property
     def collided(self) -> bool:
-        """True where the robot touched anything but the floor, or says that something holds its wheels."""
+        """True if the robot touched anything but the floor, or a wheel is blocked."""
         return self.observation.collided or self.observation.stalled
 
 
@@ -69,4 +69,4 @@ ENDS: Final[dict[str, Callable[[StepState, float], bool]]] = {
     "goal": lambda state, lost_beyond: state.arrived,
     "lost": lambda state, lost_beyond: state.lost or state.slam_error > lost_beyond,
 }
-"""Ends that may terminate an episode, by the name that the argument ``end_on`` gives it; ``lost_beyond`` in metres."""
+"""Ends that may terminate an episode, by their names in the argument ``end_on``; ``lost_beyond`` in metres."""

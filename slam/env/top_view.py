@@ -1,4 +1,4 @@
-"""The episode from above, as an image: a prepared background, and a few strokes a frame."""
+"""The episode from above, as an image: a fixed background, and a few strokes per frame."""
 
 from typing import Any, Final
 
@@ -13,7 +13,7 @@ from slam.scan import LaserScan
 from slam.scenario.schema import Scenario
 
 _LONG_SIDE, _SHORT_SIDE, _BLOCK = 960, 160, 16
-"""Pixels: the longer side, the shorter at least, and what both are multiples of, as video codecs like it."""
+"""Pixels: the longer side, the least shorter side, and the divisor of both, for video codecs."""
 _BODY: Final = np.array([[0.155, -0.19], [0.21, -0.10], [0.21, 0.10], [0.155, 0.19], [-0.245, 0.19], [-0.245, -0.19]])
 """Outline of the robot, base frame, metres."""
 _NOSE: Final = np.array([[0.0, 0.0], [0.21, 0.0]])
@@ -24,7 +24,7 @@ _TRUTH, _ESTIMATE, _GOAL, _PERSON = (30, 30, 30), (213, 94, 0), (138, 43, 226), 
 
 
 class TopView:
-    """Pictures of one size; each scenario is fitted into it."""
+    """Pictures of one size; each scenario is scaled to fit."""
 
     def __init__(self, scenario: Scenario, extent: Extent) -> None:
         width, height = extent.size
@@ -33,7 +33,7 @@ class TopView:
         self.show(scenario, extent)
 
     def show(self, scenario: Scenario, extent: Extent) -> None:
-        """Prepare the background: floor, solids and route of this scenario."""
+        """Draw the background: floor, solids and route of this scenario."""
         self._scale = min(self.size[0] / extent.size[0], self.size[1] / extent.size[1])
         self._middle = np.array(extent.low) + np.array(extent.size) / 2
         self._background = Image.new("RGB", self.size, _FLOOR)
@@ -44,7 +44,7 @@ class TopView:
             draw.line(self._at(np.array(scenario.path)), fill=_ROUTE, width=2)
 
     def frame(self, state: StepState, lines: FloatArray) -> NDArray[np.uint8]:
-        """Draw this state as (height, width, 3), with the map ``lines`` (M, 2, 2), map frame, and the poses known."""
+        """Draw this state as (height, width, 3), with the map ``lines`` (M, 2, 2), map frame, and the known poses."""
         image = self._background.copy()
         draw = ImageDraw.Draw(image, "RGBA")
         self._draw_scan(draw, state.observation.scan, state.T_map_laser)
@@ -61,7 +61,7 @@ class TopView:
         return np.array(image)
 
     def _draw_scan(self, draw: Any, scan: LaserScan, T_map_laser: Pose2D) -> None:
-        """The fan that the beams swept, and a dot at every echo."""
+        """Draw the fan that the beams swept, and a dot at every echo."""
         lengths, headings = seen_ranges(scan), scan.lidar.angles
         ends = T_map_laser.transform(lengths[:, None] * unit_vectors(headings))
         draw.polygon(self._at(np.concatenate([T_map_laser.translation[None], ends[lengths > 0.0]])), fill=_FAN)
@@ -77,12 +77,12 @@ class TopView:
         draw.ellipse([x - size, y - size, x + size, y + size], **style)
 
     def _at(self, points: FloatArray) -> list[float]:
-        """Pixels of these points (N, 2) as Pillow takes them: x0, y0, x1, ..."""
+        """Return pixels of these points (N, 2) in Pillow's form: x0, y0, x1, ..."""
         flat: list[float] = self._pixels_of(points).ravel().tolist()
         return flat
 
     def _pixels_of(self, points: FloatArray) -> FloatArray:
-        """Columns and rows of these points (..., 2), metres, map frame; y points up."""
+        """Return columns and rows of these points (..., 2), metres, map frame; y points up."""
         return (points - self._middle) * self._scale * [1.0, -1.0] + np.array(self.size) / 2
 
 

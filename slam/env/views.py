@@ -1,4 +1,4 @@
-"""Views of an agent, by name: each has a space, and makes a fresh array of every state."""
+"""Views of an agent, by name: each has a space, and makes a new array of every state."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ _GREY: Final = np.array([0, 127, 255], np.uint8)
 
 @dataclass(frozen=True, slots=True)
 class ViewSetup:
-    """The world of an episode, and those arguments of the environment that views are made from."""
+    """World of an episode, and the arguments of the environment that views depend on."""
 
     scenario: Scenario
     extent: Extent
@@ -39,7 +39,7 @@ class View:
     space: Box
     """Bounds, shape and type of the arrays."""
     of: Callable[[StepState], NDArray[Any]]
-    """Makes the array of a state, which nobody else holds."""
+    """Make the array of a state, as a new array."""
 
 
 def scan_view(setup: ViewSetup) -> View:
@@ -49,7 +49,7 @@ def scan_view(setup: ViewSetup) -> View:
 
 
 def odometry_view(setup: ViewSetup) -> View:
-    """x, y (m), theta (rad), v (m/s), omega (rad/s), as the wheels say, from where the robot started."""
+    """x, y (m), theta (rad), v (m/s), omega (rad/s) of the wheel odometry, from the robot's start."""
     return View(odometry_space(), lambda state: odometry_array(state.observation.odometry))
 
 
@@ -65,7 +65,7 @@ def slam_pose_view(setup: ViewSetup) -> View:
 def map_view(setup: ViewSetup) -> View:
     """A square of cells (1, n, n) around the estimated pose, heading up: row 0 lies ahead, column 0 to the left.
 
-    0 is unknown, 127 free, 255 a wall. The scans are put together at the poses that SLAM gave when they came.
+    0 is unknown, 127 free, 255 a wall. Each scan is entered at the pose that SLAM had at the time.
     """
     grid = OccupancyGrid(setup.extent, setup.cell)
     T_base_laser = setup.scenario.lidar.mount.pose
@@ -82,7 +82,7 @@ def map_view(setup: ViewSetup) -> View:
 
 
 def goal_view(setup: ViewSetup) -> View:
-    """The next way-point from the true pose, as if a beacon stood there; zeros when none is left.
+    """The next way-point relative to the true pose, like a beacon; zeros if none is left.
 
     Distance (m) and bearing (rad), or x ahead and y to the left (m).
     """
@@ -109,4 +109,4 @@ VIEWS: Final[dict[str, Callable[[ViewSetup], View]]] = {
     "map": map_view,
     "goal": goal_view,
 }
-"""Every view by the name that the argument ``observe`` gives it."""
+"""Every view by its name in the argument ``observe``."""

@@ -1,1 +1,1 @@
-"""Files that are read and written: logs, ROS messages, saved maps, tables of poses; whole or not at all."""
+"""Files: logs, ROS messages, saved maps, tables of poses; each is written completely or not at all."""

@@ -1,4 +1,4 @@
-"""Files that survive a crash: whole ones appear at once or not at all, growing ones can be read at every moment."""
+"""Files that survive a crash: complete ones appear at once, growing ones can be read at any time."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from slam.closing import Closing
 from slam.files.disk import WholeFile, disk, storage_error
 
 DRAFT: Final = ".draft-"
-"""Begins the names of files and folders that are not whole yet."""
+"""Prefix of files and folders that are not complete yet."""
 
 
 def write_atomic(path: Path, text: str) -> None:
@@ -24,9 +24,9 @@ def write_atomic(path: Path, text: str) -> None:
 
 @contextmanager
 def require_writable(path: Path | None, remedy: str) -> Iterator[None]:
-    """Turn an OSError of the block into one line that ends with the remedy; ``path`` None: the file that failed.
+    """Turn an OSError of the block into one line that ends with advice; ``path`` None means the file that failed.
 
-    Raises StorageError for a disk that fails or is full, InputError for a path where nothing can be written.
+    Raises StorageError for a disk that fails or is full, InputError for a path that cannot be written.
     """
     try:
         yield
@@ -35,7 +35,7 @@ def require_writable(path: Path | None, remedy: str) -> Iterator[None]:
 
 
 def _draft_of(path: Path) -> Path:
-    """The name of a draft beside the path, short for every length of name, and of the same suffix."""
+    """Return the name of a draft in the same folder, short for every length of name, and with the same suffix."""
     return path.with_name(f"{DRAFT}{crc32(os.fsencode(path.name)):08x}{path.suffix[:16]}")
 
 
@@ -47,9 +47,9 @@ def clear_drafts(folder: Path) -> None:
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
-    """A draft to write to, which takes the name ``path`` when the block is left without an error.
+    """Open a draft, which gets the name ``path`` if the block ends without an error.
 
-    It is put on the disk before that.
+    It is synced to the disk before that.
     """
     draft = _draft_of(path)
     try:
@@ -58,7 +58,7 @@ def atomic_file(path: Path) -> Iterator[Path]:
         disk().rename(draft, path)
     except OSError as error:
         if error.filename == str(draft):
-            error.filename = str(path)  # the one that is known to the user
+            error.filename = str(path)  # the user knows this path, not the draft's
         raise
     finally:
         draft.unlink(missing_ok=True)
@@ -66,7 +66,7 @@ def atomic_file(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def atomic_folder(path: Path) -> Iterator[Path]:
-    """A place to make and fill a folder, which moves to ``path`` when the block is left without an error."""
+    """Make a folder under another name; it moves to ``path`` if the block ends without an error."""
     drafts = _draft_of(path)
     shutil.rmtree(drafts, ignore_errors=True)
     drafts.mkdir()
@@ -81,12 +81,12 @@ class _GrowingFile(Closing):
     _file: WholeFile
 
     def close(self) -> None:
-        """Put everything on the disk."""
+        """Sync everything to the disk."""
         self._file.close()
 
 
 class GrowingText(_GrowingFile):
-    """A text file to which whole lines are appended; each is handed to the system at once."""
+    """A text file to which whole lines are appended; each is passed to the system at once."""
 
     def __init__(self, path: Path, header: str = "") -> None:
         self._file = WholeFile(path)
@@ -98,7 +98,7 @@ class GrowingText(_GrowingFile):
 
 
 def line_feature(coordinates: Any, properties: dict[str, Any]) -> dict[str, Any]:
-    """A GeoJSON feature: a LineString through these coordinates."""
+    """Make a GeoJSON feature: a LineString through these coordinates."""
     return {
         "type": "Feature",
         "geometry": {"type": "LineString", "coordinates": coordinates},

@@ -1,4 +1,4 @@
-"""The fields of one line of a log, as numbers."""
+"""Conversion of the fields of a line of a log to numbers."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -9,26 +9,26 @@ from slam.errors import LogError
 from slam.pose import FloatArray
 
 LARGEST: Final = 1e7
-"""No position (metres), angle (radians) or wheel travel of a robot is beyond this: such a number is garbled."""
+"""Largest believable position (metres), angle (radians) or wheel travel; a larger number is garbled."""
 
 
 class BadLine(Exception):
-    """A line that cannot be used; its message is the kind of fault, as the report counts it. The readers catch it."""
+    """A line that cannot be used; the message is the kind of fault that the report counts. The readers catch it."""
 
     def __init__(self, kind: str, detail: str = "") -> None:
         super().__init__(kind)
         self.detail = detail
-        """The field that is wrong and its value, where one is."""
+        """The wrong field and its value, if known."""
 
 
 def impossible(field: str, value: object) -> BadLine:
-    """The fault of a field whose value cannot be."""
+    """Make the error of a field with an impossible value."""
     shown = f"{value:.9g}" if isinstance(value, float) else str(value)
     return BadLine("impossible value", f"{field} {shown}")
 
 
 def numbers(words: Sequence[bytes]) -> FloatArray:
-    """The words as numbers, which may be inf or nan."""
+    """Convert words to numbers, which may be inf or nan."""
     try:
         return np.array([float(word) for word in words])
     except ValueError:
@@ -36,7 +36,7 @@ def numbers(words: Sequence[bytes]) -> FloatArray:
 
 
 def bounded(words: Sequence[bytes], largest: float = LARGEST, names: str = "") -> list[float]:
-    """The words as numbers that are finite and of a believable size; ``names`` are those of the fields."""
+    """Convert words to finite numbers of a believable size; ``names`` are the names of the fields."""
     values = numbers(words)
     for index in np.flatnonzero(~(np.abs(values) <= largest)).tolist():
         named = names.split()
@@ -46,7 +46,7 @@ def bounded(words: Sequence[bytes], largest: float = LARGEST, names: str = "") -
 
 
 def distances(words: Sequence[bytes]) -> FloatArray:
-    """The words as numbers from 0 to inf."""
+    """Convert words to numbers from 0 to inf."""
     values = numbers(words)
     for index in np.flatnonzero(~(values >= 0.0)).tolist():
         raise impossible(f"range {index + 1} of {len(values)}", float(values[index]))
@@ -54,12 +54,12 @@ def distances(words: Sequence[bytes]) -> FloatArray:
 
 
 def stamp(word: bytes, unit: float = 1.0) -> float:
-    """A time of that many seconds a unit, in seconds to the microsecond, as logs and TUM files print it."""
+    """Convert a time in units of ``unit`` seconds to seconds, rounded to the microsecond, as in logs and TUM files."""
     return round(bounded([word], 1e18, "stamp")[0] * unit, 6)
 
 
 def count(words: Sequence[bytes], index: int) -> int:
-    """The field of that index as a number of things."""
+    """Return the field with this index as a count."""
     try:
         value = int(words[index])
     except IndexError:
@@ -72,7 +72,7 @@ def count(words: Sequence[bytes], index: int) -> int:
 
 
 def table_row(words: Sequence[bytes], columns: str, where: str) -> list[float]:
-    """The numbers of one line of a table with these columns; LogError, naming where, for another line."""
+    """Read one line of a table with these columns; LogError, with ``where``, for any other line."""
     try:
         values = bounded(words, 1e18, columns)
     except BadLine as fault:

@@ -1,4 +1,4 @@
-"""JSON files read within limits."""
+"""Reading of JSON files within limits."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,7 @@ from slam.limits import JSON_SIZE
 
 
 def read_json(path: Path, remedy: str) -> Any:
-    """The content of a file; InputError, which ends with the remedy, where it cannot be read or is no JSON."""
+    """Read the content of a file; InputError, which ends with advice, if it cannot be read or is not JSON."""
     try:
         return parse_json(read_bounded(path))
     except (OSError, ValueError) as error:
@@ -17,14 +17,14 @@ def read_json(path: Path, remedy: str) -> Any:
 
 
 def read_bounded(path: Path) -> bytes:
-    """The bytes of a file; ValueError where they are more than the limit, OSError where they cannot be read."""
+    """Read the bytes of a file; ValueError for more than the limit, OSError if they cannot be read."""
     if excess := JSON_SIZE.excess(path.stat().st_size):
         raise ValueError(excess)
     return path.read_bytes()
 
 
 def parse_json(text: bytes) -> Any:
-    """The value that a text stands for; ValueError where it is no JSON, which has no NaN, or is too deep."""
+    """Parse JSON; ValueError for anything else, for NaN, and for too deep nesting."""
     try:
         return json.loads(text, parse_constant=_refuse)
     except RecursionError:

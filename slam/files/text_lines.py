@@ -14,9 +14,9 @@ _GZIP_MAGIC: Final = b"\x1f\x8b"
 
 
 def read_lines(path: Path) -> Generator[tuple[int, bytes], None, None]:
-    """The lines of a file, without their ends, numbered from 1; gzip is known by its first bytes.
+    """Yield the lines of a file, without their ends, numbered from 1; gzip is recognised by its first bytes.
 
-    Raises LogError when the file cannot be read, and TruncatedFile after the last whole line of a gzip file that is
+    Raises LogError if the file cannot be read, and TruncatedFile after the last whole line of a gzip file that is
     damaged, or unpacks to more than the limits allow.
     """
     try:

@@ -1,4 +1,4 @@
-"""Trajectories as TUM text, one pose a line: ``stamp x y z qx qy qz qw``; seconds, metres, unit quaternion.
+"""Trajectories as TUM text, one pose per line: ``stamp x y z qx qy qz qw``; seconds, metres, unit quaternion.
 
 The format of https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats, which evo reads.
 """
@@ -20,27 +20,27 @@ from slam.pose import FloatArray, Pose2D, wrap_angle
 
 _COLUMNS: Final = "stamp x y z qx qy qz qw"
 _UNIT: Final = 0.01
-"""Largest deviation of a quaternion's norm from 1: files print as few as four digits."""
+"""Largest deviation of a quaternion's norm from 1: some files have only four digits."""
 
 
 def format_tum(stamp: float, pose: Pose2D) -> str:
-    """One line, without its end: the pose at ``stamp`` seconds, to the micrometre and the nanoradian."""
+    """Format one line, without its end: the pose at ``stamp`` seconds, to the micrometre and the nanoradian."""
     half = wrap_angle(pose.theta) / 2.0
     position = f"{pose.x:.6f} {pose.y:.6f} {0:.6f}"
     return f"{stamp:.6f} {position} {0:.9f} {0:.9f} {sin(half):.9f} {cos(half):.9f}"
 
 
 def write_tum(path: Path, stamps: FloatArray, poses: FloatArray) -> None:
-    """Write poses (N, 3) with their stamps (N,), whole or not at all."""
+    """Write poses (N, 3) with their stamps (N,), at once or not at all."""
     rows = zip(stamps.tolist(), poses.tolist(), strict=True)
     write_atomic(path, "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
 
 
 def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
-    """Stamps (N,) in seconds, and poses (N, 3): x and y in metres, heading in (-pi, pi] radians.
+    """Read stamps (N,) in seconds, and poses (N, 3): x and y in metres, heading in (-pi, pi] radians.
 
-    What leaves the plane (z, roll, pitch) is dropped; lines that begin with # are comments. Raises LogError, naming the
-    line, when a line is no pose or the stamps do not increase, and when there is not one pose.
+    z, roll and pitch are dropped; lines that begin with # are comments. Raises LogError, with the line, if a line is
+    not a pose, if the stamps do not increase, and if there is no pose.
     """
     stamps, poses, fault = read_tum_so_far(path)
     if fault is not None:
@@ -51,9 +51,9 @@ def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
 
 
 def read_tum_so_far(path: str | Path) -> tuple[FloatArray, FloatArray, LogError | None]:
-    """Stamps and poses up to the first line that is no pose or comes too early.
+    """Read stamps and poses up to the first line that is not a pose, or whose stamp does not increase.
 
-    The error that names that line comes with them, if there is one. LogError where the file cannot be read.
+    The error of that line is returned with them, if there is one. LogError if the file cannot be read.
     """
     values, last, fault = array("d"), -inf, None
     with closing(read_lines(Path(path))) as lines:

@@ -1,4 +1,4 @@
-"""Packed data unpacked within limits: gzip, bz2, lz4 and zstd, of chunks and of whole files."""
+"""Unpacking of data within limits: gzip, bz2, lz4 and zstd, chunks and whole files."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _OPENERS: Final[dict[str, Callable[[Any], Any]]] = {
     ),
 }
 _FAULTS: Final = (OSError, EOFError, RuntimeError, ValueError, zlib.error, zstandard.ZstdError)
-"""Exceptions of these libraries for damaged data; OSError is what bz2 raises, and gzip for a wrong sum."""
+"""Exceptions of these libraries for damaged data; OSError is raised by bz2, and by gzip for a wrong checksum."""
 
 
 class TruncatedFile(LogError):
-    """The file ends early, is damaged, or has more than a limit allows; what came before has been read."""
+    """The file ends early, is damaged, or exceeds a limit; everything before that was read."""
 
     def __init__(self, place: object, note: str) -> None:
         super().__init__(f"{place}: {note}")
@@ -39,7 +39,7 @@ class TruncatedFile(LogError):
 
 
 class TooMuch(Exception):
-    """More than a limit allows; the message is one clause. The readers catch it."""
+    """The data exceed a limit; the message is one clause. The readers catch it."""
 
 
 class DamagedChunk(Exception):
@@ -48,11 +48,11 @@ class DamagedChunk(Exception):
 
 @dataclass(slots=True)
 class Losses:
-    """Parts of a file that could not be read, though it goes on after them."""
+    """Counts parts of a file that could not be read, although the file continues."""
 
     place: object
     part: str
-    """Name of the things that are counted, in the singular."""
+    """Name of the counted things, in the singular."""
     count: int = 0
     first: str = ""
 
@@ -62,20 +62,20 @@ class Losses:
         self.count += 1
 
     def end(self, ending: str = "") -> None:
-        """TruncatedFile where a part was lost, or where there is an ``ending`` that tells why reading stopped."""
+        """Raise TruncatedFile if a part was lost, or for an ``ending``, the reason why reading stopped."""
         lost = f"{self.count} damaged {self.part}{'s' * (self.count != 1)} skipped (first at {self.first})"
         if notes := [note for note in (lost if self.count else "", ending) if note]:
             raise TruncatedFile(self.place, ", and ".join(notes))
 
 
 class Unpacker:
-    """Unpacks the data of one file, which together stay within the limits."""
+    """Unpacks the data of one file, which in total stay within the limits."""
 
     def __init__(self) -> None:
         self._packed = self._unpacked = 0
 
     def chunk(self, packing: str, data: bytes) -> bytes:
-        """The whole chunk; DamagedChunk where it is none, KeyError for another packing, TooMuch beyond a limit."""
+        """Unpack a whole chunk; DamagedChunk for other data, KeyError for another packing, TooMuch beyond a limit."""
         opener = _OPENERS[packing]
         self._packed += len(data)
         most = min(CHUNK.most, self._left())
@@ -89,7 +89,7 @@ class Unpacker:
         return unpacked
 
     def blocks(self, packing: str, file: IO[bytes]) -> Iterator[bytes]:
-        """The unpacked data of a whole file, in blocks; DamagedChunk where they end early, TooMuch beyond a limit."""
+        """Unpack a whole file, in blocks; DamagedChunk if it ends early, TooMuch beyond a limit."""
         packed = _CountedFile(file)
         stream = _OPENERS[packing](packed)
         while True:
@@ -119,7 +119,7 @@ class Unpacker:
 
 
 class _CountedFile(io.RawIOBase):
-    """A file whose bytes are counted as they are read."""
+    """A file that counts the bytes read from it."""
 
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file

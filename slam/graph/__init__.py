@@ -1,1 +1,1 @@
-"""Loops closed: submaps and key scans, the constraints between them, and the map that is right as a whole."""
+"""Loop closing: submaps and key scans, the constraints between them, and the globally consistent map."""

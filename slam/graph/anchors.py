@@ -1,4 +1,4 @@
-"""Places of the scans of submaps that are no longer in the graph: a few rows for each, riding on submaps that are."""
+"""Poses of the scans of removed submaps: a few rows for each, attached to remaining submaps."""
 
 from array import array
 from collections.abc import Mapping
@@ -11,17 +11,17 @@ from slam.pose import FloatArray, compose_poses
 
 
 class PlacedScans(NamedTuple):
-    """S scans in ascending order, whose places are known."""
+    """S scans in ascending order, whose poses are known."""
 
     indices: IntArray
-    """(S,): their numbers in the run."""
+    """(S,): index of each scan in the run."""
     local: FloatArray
-    """(S, 3): T_local_laser ..."""
+    """(S, 3): T_local_laser of the scans."""
     poses: FloatArray
-    """... and T_map_laser."""
+    """(S, 3): T_map_laser of the scans."""
 
     def with_others(self, others: "PlacedScans") -> "PlacedScans":
-        """These and others, none of which is the same scan."""
+        """Join these and others, which have no scan in common."""
         order = np.argsort(np.concatenate([self.indices, others.indices]), kind="stable")
         return PlacedScans(*(np.concatenate(pair)[order] for pair in zip(self, others, strict=True)))
 
@@ -35,7 +35,7 @@ NO_SCANS = PlacedScans(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3))
 
 
 class Anchors:
-    """Scans, each with its place in a submap of the graph; 56 bytes for each of them."""
+    """Scans, each with its pose in a submap of the graph; 56 bytes per scan."""
 
     def __init__(self) -> None:
         self._numbers = array("i")  # of the scan, of the submap, and so on
@@ -43,7 +43,7 @@ class Anchors:
 
     @property
     def nbytes(self) -> int:
-        """Memory of all of them."""
+        """Memory of all of them, bytes."""
         return sum(part.itemsize * len(part) for part in (self._numbers, self._poses))
 
     def add(self, index: int, T_local_laser: FloatArray, submap: int, T_submap_laser: FloatArray) -> None:
@@ -52,7 +52,7 @@ class Anchors:
         self._poses.extend((*T_local_laser.tolist(), *T_submap_laser.tolist()))
 
     def placed(self, T_map_submap: Mapping[int, FloatArray]) -> PlacedScans:
-        """The scans where these poses (3,) of the submaps put them."""
+        """Return the scans, moved with these poses (3,) of the submaps."""
         numbers, local_poses = np.array(self._numbers).reshape(-1, 2), np.array(self._poses).reshape(-1, 6)
         origins = np.array([T_map_submap[number] for number in numbers[:, 1].tolist()]).reshape(-1, 3)
         order = np.argsort(numbers[:, 0], kind="stable")

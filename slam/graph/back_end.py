@@ -1,4 +1,4 @@
-"""The back end: key scans come in, loops are looked for whenever a submap is finished, and the graph is solved."""
+"""The back end: it takes key scans, searches loops whenever a submap is finished, and solves the graph."""
 
 from time import thread_time
 from typing import Final
@@ -26,9 +26,9 @@ from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray
 
 KERNEL: Final = 30.0
-"""chi^2 of a loop's edge, beyond which it loses its weight."""
+"""chi^2 of a loop's edge at which it loses its weight."""
 INDEPENDENT: Final = 0.1
-"""Share of what matches say that is not said by their neighbours too: it counts alone where covariances are asked."""
+"""Share of a match's information that is independent of its neighbours; only that is used for covariances."""
 
 
 class BackEnd:
@@ -51,7 +51,7 @@ class BackEnd:
 
     @property
     def size(self) -> GraphSize:
-        """Counts of what it holds now."""
+        """Present counts of the graph."""
         graph = self.graph
         counts = len(graph.keys), len(graph.submaps), len(graph.edges), len(graph.loops)
         return GraphSize(*counts, sum(key.nbytes for key in graph.keys), self._finder.tried, self.seconds)
@@ -59,7 +59,7 @@ class BackEnd:
     def take(self, key: KeyScan) -> Closure | None:
         """Take the next key scan.
 
-        Where it finishes a submap, loops are sought for that, and a closure is returned where the map has changed.
+        If it finishes a submap, loops are searched for that submap, and a closure is returned if the map has changed.
         """
         began = thread_time()
         finished = self.graph.keys[-1].submaps[0] if self.finishes(key) else None
@@ -71,7 +71,7 @@ class BackEnd:
         return closure
 
     def finish(self, T_base_laser: FloatArray) -> ClosedRun:
-        """There are no more key scans: seek loops for the open submaps too, and solve for all nodes."""
+        """Finish after the last key scan: search loops for the open submaps too, and solve for all nodes."""
         graph = self.graph
         began = thread_time()
         for number in graph.keys[-1].submaps if graph.keys else ():
@@ -122,14 +122,14 @@ class BackEnd:
         return map_of(zip(self.graph.keys, self.graph.key_poses(), strict=True), SurfelMap(self._config))
 
     def _begin_in_known_graph(self) -> None:
-        """Take the submaps of an earlier run as finished, and its map as the one that the front end has."""
+        """Take over the submaps of an earlier run as finished, and its map as the one that the front end has."""
         self._shown.renew(np.zeros(3))
         for submap in self.graph.submaps.values():
             if len(submap.keys) >= 2:
                 self._finder.add(submap)
         self.condensed.solve()
         last = max(self.graph.submaps)
-        for number in range(last - 1, last + DELAY + 1):  # those that were too new to be judged when the run ended
+        for number in range(last - 1, last + DELAY + 1):  # too new to be judged when that run ended
             self._prune(number)
 
     def _finish(self, number: int) -> bool:
@@ -152,7 +152,7 @@ class BackEnd:
 
 
 def _loop_weights(edges: Edges, weights: FloatArray, loops: int) -> FloatArray:
-    """The mean weight (L,) of the edges of every loop."""
+    """Return the mean weight (L,) of the edges of every loop."""
     robust = edges.robust
     total = np.bincount(edges.loop[robust], weights[robust], loops)
     return np.asarray(total / np.maximum(np.bincount(edges.loop[robust], minlength=loops), 1))

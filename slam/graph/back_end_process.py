@@ -1,8 +1,8 @@
-"""The back end in a process of its own, so that its search costs the loop of the robot nothing.
+"""The back end in a separate process, so that its search does not delay the loop of the robot.
 
 Key scans go in by its standard input, closures come out by its standard output, both in order. Two threads move them,
-so that neither side waits for the other. It ends with its input, however this process ends. Signals that end a program
-are for the loop, which asks for the last result then.
+so that neither side waits for the other. The process ends with its input, however this process ends. Signals that end a
+program are left to the loop, which then asks for the last result.
 """
 
 import os
@@ -26,20 +26,17 @@ from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
 from slam.graph.known_graph import KnownGraph
 from slam.pose import FloatArray
+from slam.system import ENDING_SIGNALS, reader_has_ended
 
 _END = None
-IGNORED: Final = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
-)
-"""Signals that may be sent to a whole group of processes."""
 LEAN_HEAP: Final = {"MALLOC_ARENA_MAX": "1", "MALLOC_MMAP_THRESHOLD_": "1048576", "MALLOC_TRIM_THRESHOLD_": "1048576"}
-"""For glibc, to give arrays of a megabyte and more back to the system at once; no result depends on it."""
+"""Makes glibc return arrays of a megabyte and more to the system at once; it has no effect on results."""
 
 
 class BackEndProcess:
-    """Takes key scans, and gives what was found for each submap that they finish.
+    """A process that takes key scans, and returns a result for each submap that they finish.
 
-    BackEndLost where the process cannot be started, and where a result is asked for that it cannot give any more.
+    BackEndLost if the process cannot be started, and if it has ended before a requested result.
     """
 
     def __init__(
@@ -60,7 +57,7 @@ class BackEndProcess:
         sender = Thread(target=_send, args=(self._out, process), name="to the back end", daemon=True)
         receiver = Thread(target=_receive, args=(process, self._in), name="from the back end", daemon=True)
         self.size = GraphSize()
-        """Size of the graph by the last result."""
+        """Size of the graph at the last result."""
         self._let_go = weakref.finalize(self, _end, self._out, process, (sender, receiver))
         sender.start()
         receiver.start()
@@ -69,13 +66,13 @@ class BackEndProcess:
             self._out.put(key)
 
     def send(self, key: KeyScan) -> None:
-        """Give it the next key scan; returns at once."""
+        """Send the next key scan to the process; returns at once."""
         self._out.put(key)
 
     def next_result(self, wait: bool) -> tuple[bool, Closure | None]:
         """Return True and the closure, if any, for the next finished submap.
 
-        False and None where it is not known yet, which is impossible with ``wait``.
+        False and None if it is not known yet, which is impossible with ``wait``.
         """
         try:
             closure, self.size = self._received(wait)
@@ -84,17 +81,21 @@ class BackEndProcess:
         return True, closure
 
     def finish(self, T_base_laser: FloatArray) -> ClosedRun:
-        """Return the whole run, refined, after the last key scan; results that nobody asked for are dropped."""
+        """Return the whole run, refined, after the last key scan.
+
+        Earlier results that were not requested are dropped.
+        """
         self._out.put(T_base_laser)
         while not isinstance(result := self._received(wait=True), ClosedRun):
             pass
+        self._in.get()  # the process ends by itself after its last result
         self._let_go()
         return result
 
     def _received(self, wait: bool) -> Any:
         result = self._in.get(block=wait)
         if isinstance(result, _Ended):
-            self._in.put(result)  # for whoever asks next
+            self._in.put(result)  # the next call raises it again
             self._let_go()
             raise BackEndLost(f"the process that closes loops {result.how}")
         return result
@@ -102,14 +103,14 @@ class BackEndProcess:
 
 @dataclass(frozen=True, slots=True)
 class _Ended:
-    """The process has ended: there will be no more results."""
+    """The process has ended, and returns no more results."""
 
     code: int
     """Exit code; less than zero after a signal."""
 
     @property
     def how(self) -> str:
-        """As in ``was killed by SIGKILL, as where memory runs out``."""
+        """Describe the exit, as in ``was killed by SIGKILL, as where memory runs out``."""
         if self.code >= 0:
             return f"ended with exit code {self.code}"
         name = signal.Signals(-self.code).name
@@ -118,7 +119,7 @@ class _Ended:
 
 def _send(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]") -> None:
     stream = _stream(process.stdin)
-    with suppress(OSError), stream:  # it may have ended
+    with suppress(OSError), stream:  # the process may have ended
         while (message := queue.get()) is not _END:
             pickle.dump(message, stream, pickle.HIGHEST_PROTOCOL)
             stream.flush()
@@ -138,7 +139,7 @@ def _stream(stream: IO[bytes] | None) -> IO[bytes]:
 
 
 def _end(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]", threads: tuple[Thread, ...]) -> None:
-    """End the process, whose results nobody wants any more, and its threads."""
+    """End the process and its threads, without waiting for results."""
     queue.put(_END)
     process.kill()
     for thread in threads:
@@ -147,22 +148,31 @@ def _end(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]", threads:
 
 def main() -> None:
     """Run the process: take key scans until there are no more."""
-    for number in IGNORED:
+    for number in ENDING_SIGNALS:  # they may be sent to a whole group of processes
         signal.signal(number, signal.SIG_IGN)
     messages, results = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # nobody's print shall be taken for a result
-    with suppress(EOFError, BrokenPipeError):
-        back_end = BackEnd(*pickle.load(messages))
-        while True:
-            message = pickle.load(messages)
-            if not isinstance(message, KeyScan):
-                pickle.dump(back_end.finish(message), results, pickle.HIGHEST_PROTOCOL)
-                results.flush()
-                return
-            finishes, closure = back_end.finishes(message), back_end.take(message)
-            if finishes:
-                pickle.dump((closure, back_end.size), results, pickle.HIGHEST_PROTOCOL)
-                results.flush()
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # text printed by other code must not be read as a result
+    try:
+        _serve(messages, results)
+    except EOFError:
+        return
+    except OSError as error:
+        if not reader_has_ended(error):
+            raise
+
+
+def _serve(messages: IO[bytes], results: IO[bytes]) -> None:
+    back_end = BackEnd(*pickle.load(messages))
+    while True:
+        message = pickle.load(messages)
+        if not isinstance(message, KeyScan):
+            pickle.dump(back_end.finish(message), results, pickle.HIGHEST_PROTOCOL)
+            results.flush()
+            os._exit(0)  # at once: nothing is left that must be tidied up
+        finishes, closure = back_end.finishes(message), back_end.take(message)
+        if finishes:
+            pickle.dump((closure, back_end.size), results, pickle.HIGHEST_PROTOCOL)
+            results.flush()
 
 
 if __name__ == "__main__":

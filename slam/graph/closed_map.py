@@ -1,4 +1,4 @@
-"""The map again: all key scans put into an empty map, or a saved one, from where the graph has them."""
+"""The map rebuilt: all key scans, at their poses in the graph, added to an empty or a saved map."""
 
 from collections.abc import Iterable
 
@@ -17,7 +17,7 @@ class ClosedMap:
         self._last: FloatArray | None = None
 
     def add(self, key: KeyScan, T_map_laser: FloatArray) -> None:
-        """Put a key scan into the map."""
+        """Add a key scan to the map."""
         moved = 0.0
         if self._last is not None:
             offset = T_map_laser - self._last
@@ -27,7 +27,7 @@ class ClosedMap:
 
 
 def map_of(keys: Iterable[tuple[KeyScan, FloatArray]], empty: SurfelMap) -> SurfelMap:
-    """The map of key scans with their poses (3,), written into one that is empty or was saved."""
+    """Write key scans with their poses (3,) into an empty or saved map, and return it."""
     made = ClosedMap(empty)
     for key, T_map_laser in keys:
         made.add(key, T_map_laser)

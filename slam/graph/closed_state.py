@@ -1,4 +1,4 @@
-"""The state of the mapper in the map of a closed run, from which mapping can go on, and robots find their place."""
+"""State of the mapper in the map of a closed run, for continued mapping or localisation."""
 
 from dataclasses import replace
 from math import floor
@@ -18,7 +18,7 @@ from slam.pose import FloatArray, Pose2D
 def placed(
     state: SurfelMapperState, T_map_local: Pose2D, surfel_map: SurfelMap, uncertainty: MapUncertainty
 ) -> SurfelMapperState:
-    """The state, frame ``local``, in a map."""
+    """Return the state, frame ``local``, in a map."""
     T_map_base, T_map_added = (
         None if pose is None else T_map_local @ pose for pose in (state.T_map_base, state.T_map_added)
     )
@@ -35,7 +35,7 @@ def placed(
 
 
 def uncertainty_of(closed: ClosedRun) -> MapUncertainty:
-    """Uncertainty of each tile of the map: that of the first key scan that was taken in it."""
+    """Return the uncertainty of each tile of the map: that of the first key scan that was taken in it."""
     tiles: Tiles = {}
     T_laser_base = Pose2D.from_array(closed.T_base_laser).inverse()
     for pose, covariance in zip(closed.poses, closed.covariances, strict=True):
@@ -48,7 +48,7 @@ def uncertainty_of(closed: ClosedRun) -> MapUncertainty:
 
 
 def directions_of(surfel_map: SurfelMap) -> Directions:
-    """The directions of the long walls of a map."""
+    """Return the directions of the long walls of a map."""
     along = surfel_map.ends[:, 1] - surfel_map.ends[:, 0]
     walls = np.zeros((len(along), 3))
     walls[:, THETA], walls[:, LENGTH] = np.arctan2(along[:, 1], along[:, 0]), np.hypot(along[:, 0], along[:, 1])
@@ -58,7 +58,7 @@ def directions_of(surfel_map: SurfelMap) -> Directions:
 
 
 def _turned(covariance: FloatArray, T_map_local: Pose2D) -> FloatArray:
-    """A covariance (3, 3) of a pose, axes of ``local``, in those of the map."""
+    """Transform a covariance (3, 3) of a pose from the axes of ``local`` to those of the map."""
     R = np.eye(3)
     R[:2, :2] = T_map_local.rotation
     return np.asarray(R @ covariance @ R.T)

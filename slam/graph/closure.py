@@ -1,4 +1,4 @@
-"""Results of the back end, as the front end takes them over, and as they stand at the end of a run."""
+"""Results of the back end: closures during a run, and the closed run at its end."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,28 +19,28 @@ from slam.pose import FloatArray, compose_poses, inverse_poses, relative_poses, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Closure:
-    """The map after loops were closed for one submap, and where the front end is in it."""
+    """The map after loops were closed for one submap, and the pose of the front end in it."""
 
     submap: int
-    """Number of the submap for which they were sought."""
+    """Number of the submap that was searched for loops."""
     T_map_local: FloatArray
-    """(3,), as the last submap has it."""
+    """T_map_local (3,) at the last submap."""
     T_local_submap: FloatArray
-    """(3,): where the last submap begins ..."""
+    """Pose (3,) at which the last submap begins."""
     covariance: FloatArray
-    """... and the covariance (3, 3) of its place, x, y, theta, map frame."""
+    """Covariance (3, 3) of that pose, x, y, theta, map frame."""
     map: SurfelMap
-    """All key scans until then."""
+    """All key scans so far."""
     keys: int
-    """Number of them, those counted that were pruned."""
+    """Number of key scans, including pruned ones."""
     loops: tuple[Loop, ...]
-    """Those that were found since the closure before."""
+    """Loops found since the previous closure."""
     poses: FloatArray
-    """(K, 3): T_map_laser of the key scans that are kept."""
+    """(K, 3): T_map_laser of the kept key scans."""
     indices: IntArray
-    """(K,): their numbers in the run, below 0 for those of an earlier one."""
+    """(K,): indices of their scans in the run, below 0 for an earlier run."""
     loop_keys: IntArray
-    """(M, 2): numbers of two of them for each loop of the graph, see ``loop_keys``."""
+    """(M, 2): scan indices of the two key scans of each loop of the graph, see ``loop_keys``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,14 +49,14 @@ class ClosedRun:
 
     keys: tuple[KeyScan, ...]
     poses: FloatArray
-    """(K, 3): T_map_laser of the key scans ..."""
+    """(K, 3): T_map_laser of the key scans."""
     covariances: FloatArray
-    """... and the covariance (K, 3, 3) of each, map frame."""
+    """(K, 3, 3): covariances of the key scans, map frame."""
     map: SurfelMap
     loops: tuple[Loop, ...]
-    """All that were found."""
+    """All loops that were found."""
     weights: FloatArray
-    """(L,): how far each of them is believed, 0 to 1."""
+    """(L,): weight of each loop, 0 to 1."""
     nodes: FloatArray
     """(N, 3): poses of all nodes of the graph, map frame."""
     key_nodes: IntArray
@@ -64,20 +64,20 @@ class ClosedRun:
     submaps: tuple[Submap, ...]
     edges: Edges
     edge_weights: FloatArray
-    """(E,)."""
+    """(E,): weight of each edge."""
     T_base_laser: FloatArray
-    """(3,)."""
+    """(3,): mount of the laser."""
     walls: RefinedWalls
-    """The walls that all key scans together see ..."""
+    """Walls seen by all key scans together."""
     wall_covariances: FloatArray
-    """... and the covariance (M, 2, 2) of the offset and the direction of each in the map; m^2, m rad, rad^2."""
+    """(M, 2, 2): covariance of offset and direction of each wall in the map; m^2, m rad, rad^2."""
     size: GraphSize
     anchors: PlacedScans = NO_SCANS
-    """Scans of submaps that were pruned, between which the others of these lie."""
+    """Scans of pruned submaps, between which their other scans are interpolated."""
 
     @cached_property
     def indices(self) -> IntArray:
-        """Numbers of the key scans in the run, (K,)."""
+        """Indices of the key scans in the run, (K,)."""
         return np.array([key.index for key in self.keys], np.int64)
 
     @cached_property
@@ -87,13 +87,13 @@ class ClosedRun:
 
     @property
     def T_map_local(self) -> FloatArray:
-        """(3,): where the last key scan puts the frame of the front end."""
+        """(3,): T_map_local at the last key scan."""
         return compose_poses(self.poses[-1], inverse_poses(self.local[-1]))
 
     def trajectory(self, T_local_base: FloatArray) -> FloatArray:
-        """``T_map_base`` (S, 3) of every scan of the run, for what the front end had, (S, 3).
+        """Return ``T_map_base`` (S, 3) of every scan of the run, from the poses of the front end, (S, 3).
 
-        Between two key scans, or anchors, the motion of the front end is joined to both, and blended.
+        Between two key scans, or anchors, the motion of the front end is attached to both, and blended.
         """
         laser = compose_poses(T_local_base, np.broadcast_to(self.T_base_laser, T_local_base.shape))
         placed = PlacedScans(self.indices, self.local, self.poses).with_others(self.anchors).of_this_run()
@@ -109,7 +109,7 @@ class ClosedRun:
 
 
 def _offsets(poses: FloatArray, others: FloatArray) -> FloatArray:
-    """Poses (S, 3) less others, the angles within half a turn."""
+    """Return poses (S, 3) minus others, with angles within half a turn."""
     offsets = poses - others
     offsets[:, 2] = wrap_angles(offsets[:, 2])
     return offsets

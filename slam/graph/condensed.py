@@ -1,4 +1,4 @@
-"""The graph of submaps alone: small enough to be solved whenever a loop was found."""
+"""The graph of submaps alone: small enough to be solved after every loop."""
 
 from itertools import pairwise
 from typing import Final
@@ -16,23 +16,24 @@ from slam.graph.surest_paths import Hops
 from slam.pose import FloatArray, wrap_angle
 
 HOP_SIGMAS: Final = np.array([0.08, 0.08, 0.04])
-"""From one submap to the next, for the search of candidates: metres and radians. The graph takes half of it."""
+"""Standard deviations from one submap to the next, for the search of candidates: metres and radians. The graph uses
+half of them."""
 BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
-"""Beyond that, where the front end broke."""
+"""The same over a break of the front end, in addition."""
 BREAK_WEIGHT: Final = 0.05
 """Weight of an edge over a break, in the graph."""
 LOOP_SIGMAS: Final = np.array([0.1, 0.1, 0.01])
-"""Over a loop, for the search of candidates ..."""
+"""Standard deviations over a loop, for the search of candidates, metres and radians."""
 CONDENSED_SIGMAS: Final = np.array([0.03, 0.03, 0.005])
-"""... and in the graph, beyond those of its matches."""
+"""Standard deviations over a loop in the graph, in addition to those of its matches."""
 BELIEVED: Final = 0.3
-"""Weight of a loop, from which on candidates are sought over it."""
+"""Least weight of a loop over which candidates are searched."""
 TOLERANCE: Final = 1e-3
-"""Metres and radians."""
+"""The solver stops at a step below this, metres and radians."""
 
 
 class CondensedGraph:
-    """Submaps, each with the key scans riding on it, and one edge for each loop."""
+    """Graph of the submaps, each with its key scans attached, and one edge for each loop."""
 
     def __init__(self, graph: SubmapGraph, kernel: float) -> None:
         self._graph, self._kernel = graph, kernel
@@ -42,7 +43,7 @@ class CondensedGraph:
         """Weight of every loop."""
 
     def solve(self) -> None:
-        """Solve for the submaps; the key scans follow."""
+        """Solve for the poses of the submaps; the key scans follow."""
         graph, submaps = self._graph, self._submaps
         for loop in graph.loops[len(self._edges) :]:
             self._edges.append(_condensed(loop, graph))
@@ -61,11 +62,11 @@ class CondensedGraph:
         self._covariances = {submap.number: C for submap, C in zip(submaps, covariances, strict=True)}
 
     def covariance_of(self, submap: Submap) -> FloatArray:
-        """Covariance (3, 3) of the place of a submap, map frame, as it was when the graph was solved last."""
+        """Return the covariance (3, 3) of the pose of a submap, map frame, at the last solution."""
         return self._covariances.get(submap.number, next(reversed(self._covariances.values())))
 
     def hops(self) -> Hops:
-        """Steps between submaps, over which candidates are sought."""
+        """Return the steps between submaps over which candidates are searched."""
         submaps = self._submaps
         at = {submap.number: k for k, submap in enumerate(submaps)}
         steps = [(k - 1, k) for k in range(1, len(submaps)) if _follows(submaps[k - 1], submaps[k])]
@@ -81,26 +82,27 @@ class CondensedGraph:
         return Hops(first, second, np.array(covariance).reshape(-1, 3, 3))
 
     def chain(self) -> list[Edge]:
-        """Edges between the submaps beside loops, by their numbers: each to the next, and the ties."""
+        """Return the edges between the submaps except loops, by their numbers: each to the next, and the ties."""
         submaps = self._submaps
         hops = [_hop_edge(*pair) for pair in pairwise(submaps) if _follows(*pair)]
         return [*hops, *self._graph.ties.values()]
 
     def edges_of(self, number: int) -> list[Edge]:
-        """The edges of a submap, by the numbers of the two, those of loops as far as they are believed."""
+        """Return the edges of a submap, by the numbers of the two submaps; edges of loops with their weights."""
         loops = zip(self._edges, self.weights.tolist(), strict=True)
         weighed = [edge._replace(information=weight * edge.information) for edge, weight in loops if weight > BELIEVED]
         return [edge for edge in [*self.chain(), *weighed] if number in (edge.first, edge.second)]
 
     def keep_loops(self, kept: list[int]) -> None:
-        """Forget all loops but these, which are numbered anew in this order."""
+        """Keep only these loops, and number them in this order."""
         self._edges = [self._edges[old]._replace(loop=new) for new, old in enumerate(kept)]
         self.weights = self.weights[kept]
 
     def _trust_start(self, weights: FloatArray) -> None:
-        """Put the loops that bear out the tie to an earlier run in its place, as sure as any way.
+        """Replace the tie to an earlier run by the loops that confirm it, with full weight.
 
-        Else a bent old map would rather let go of the new part than be bent back. ``weights`` are those of the ties.
+        Otherwise a distorted old map would rather reject the new part than be corrected. ``weights`` are those of the
+        ties.
         """
         graph = self._graph
         for (pair, tie), weight in zip(list(graph.ties.items()), weights.tolist(), strict=True):
@@ -120,7 +122,7 @@ class CondensedGraph:
 
 
 def _follows(submap: Submap, following: Submap) -> bool:
-    """False where submaps between the two were taken out."""
+    """Return False if submaps between the two were removed."""
     return following.number == submap.number + 1
 
 
@@ -131,7 +133,7 @@ def _hop_edge(submap: Submap, following: Submap) -> Edge:
 
 
 def _condensed(loop: Loop, graph: SubmapGraph) -> Edge:
-    """One edge for all of a loop: where the submap lies in the other, by its key scans together."""
+    """Return one edge for the whole loop: the pose of the submap in the other, from all its key scans."""
     submap, other = graph.submaps[loop.submap], graph.submaps[loop.other]
     measured = between(other.T_local_submap, composed(loop.T_other_submap, submap.T_local_submap))
     H, g = np.zeros((3, 3)), np.zeros(3)

@@ -1,7 +1,7 @@
-"""Agreement of loops with each other: two of them may say the same of one submap, along the graph between them.
+"""Agreement of loops: whether two of them give a submap the same pose, along the graph between them.
 
-One loop alone may lie: a building has places that look alike. Two of submaps that share no scan rarely tell the same
-lie (after Mangelson et al., "Pairwise consistent measurement set maximization", ICRA 2018).
+A single loop may be wrong, as a building has places that look alike. Two loops of submaps without a common scan rarely
+agree on the same error (after Mangelson et al., "Pairwise consistent measurement set maximization", ICRA 2018).
 """
 
 from collections.abc import Iterable
@@ -16,21 +16,21 @@ from slam.graph.surest_paths import Hops, surest_covariances
 from slam.pose import FloatArray, compose_poses, inverse_poses, wrap_angle
 
 LOOP_SIGMAS: Final = np.array([0.15, 0.15, 0.03])
-"""Error of one loop, metres and radians."""
+"""Standard deviations of the error of one loop, metres and radians."""
 AGREED: Final = 11.3
-"""chi^2 of three degrees of freedom, below which two loops agree: 0.99 of those that are right do."""
+"""chi^2 of three degrees of freedom below which two loops agree; 0.99 of correct pairs do."""
 FARTHEST: Final = 0.7
-"""Standard deviation in metres of the way between two loops, beyond which they say nothing of each other."""
-LEAST_OWN: Final = 3
-"""Key scans of its own by which a loop tells something new."""
-MOST_WAITING: Final = 30
-"""Loops that wait for another to bear them out."""
+"""Standard deviation, metres, of the path between two loops above which they cannot be compared."""
+MIN_OWN: Final = 3
+"""Number of key scans, not in the other loop, that make a loop independent."""
+MAX_WAITING: Final = 30
+"""Most loops that may wait for a confirmation by another one."""
 GRAPH_SHARE: Final = 0.25
-"""Share of the variances by which candidates are sought that the graph itself believes."""
+"""Factor from the variances of the candidate search to those of the graph."""
 
 
 class Consistency:
-    """Compares one loop with others, in a graph as it is now."""
+    """Compares one loop with others, in the present graph."""
 
     def __init__(self, graph: SubmapGraph, hops: Hops, loop: Loop) -> None:
         self._graph, self._loop = graph, loop
@@ -42,9 +42,9 @@ class Consistency:
         self._from_other = surest_covariances(self._at[loop.other], poses, hops)
 
     def chi_squared(self, other: Loop) -> float:
-        """chi^2, of 3 degrees of freedom, of the difference between the places that two loops give to a submap.
+        """Return chi^2, of 3 degrees of freedom, of the difference between the poses that two loops give to a submap.
 
-        It is the submap of the second; infinite where the loops say nothing of each other.
+        It is the submap of the second loop; infinite if the loops cannot be compared.
         """
         graph = self._graph
         if not self._is_near(other):
@@ -59,12 +59,12 @@ class Consistency:
         return float(error @ np.linalg.solve(covariance, error))
 
     def _is_near(self, other: Loop) -> bool:
-        """True where the ways through the graph to both its submaps may be short enough."""
+        """Return True if the paths through the graph to both its submaps may be short enough."""
         along, back = self._from_submap[self._at[other.submap]], self._from_other[self._at[other.other]]
         return bool(along[0, 0] + along[1, 1] + back[0, 0] + back[1, 1] <= FARTHEST**2)
 
     def _covariance(self, other: Loop, there: FloatArray) -> FloatArray:
-        """Covariance (3, 3) of that difference, where the submap lies by the first loop."""
+        """Return the covariance (3, 3) of that difference, with the submap at its pose by the first loop."""
         graph = self._graph
         turn = float(_jump(self._loop, graph)[2])
         c, s = np.cos(turn), np.sin(turn)
@@ -78,46 +78,49 @@ class Consistency:
 
 
 class WaitingLoops:
-    """Loops that no other bears out yet."""
+    """Loops that no other loop confirms yet."""
 
     def __init__(self, graph: SubmapGraph) -> None:
         self._graph, self._waiting = graph, list[Loop]()
 
     def borne_out(self, loop: Loop, hops: Hops, believed: Iterable[Loop]) -> list[Loop]:
-        """The loop and those waiting that it agrees with; none where it agrees with no other, and then it waits too."""
+        """Return the loop and the waiting ones that it agrees with.
+
+        None if it agrees with no other, and then it waits too.
+        """
         consistency = Consistency(self._graph, hops, loop)
         partners = [other for other in self._waiting if self._agree(consistency, loop, other)]
         if not partners and not any(self._agree(consistency, loop, other) for other in believed):
-            self._waiting = [*self._waiting, loop][-MOST_WAITING:]
+            self._waiting = [*self._waiting, loop][-MAX_WAITING:]
             return []
         self._waiting = [other for other in self._waiting if all(other is not partner for partner in partners)]
         return [*partners, loop]
 
     def forget(self) -> None:
-        """Let all that wait go, as when the nodes of the graph have got other numbers."""
+        """Drop all waiting loops, after the nodes of the graph were renumbered."""
         self._waiting = []
 
     def _agree(self, consistency: Consistency, loop: Loop, other: Loop) -> bool:
-        """True where two loops agree of which each has scans that the other has not."""
+        """Return True if two loops agree, and each has key scans that the other does not have."""
         own, others = ({edge.second for edge in one.edges} for one in (loop, other))
-        independent = min(len(own - others), len(others - own)) >= LEAST_OWN and loop.submap != other.submap
+        independent = min(len(own - others), len(others - own)) >= MIN_OWN and loop.submap != other.submap
         return independent and consistency.chi_squared(other) < AGREED
 
 
 def renumbered(loop: Loop, number: int) -> Loop:
-    """The same loop under another number."""
+    """Return the same loop with another number."""
     return replace(loop, number=number, edges=tuple(edge._replace(loop=number) for edge in loop.edges))
 
 
 def _jump(loop: Loop, graph: SubmapGraph) -> FloatArray:
-    """The motion (3,), map frame, by which a loop would move its submap and all that hangs on it."""
+    """Return the motion (3,), map frame, by which a loop would move its submap and everything attached to it."""
     submap, other = graph.submaps[loop.submap], graph.submaps[loop.other]
     claimed = compose_poses(graph.correction(other), loop.T_other_submap)
     return compose_poses(claimed, inverse_poses(graph.correction(submap)))
 
 
 def _carried(covariance: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Covariance (3, 3) of a pose at ``start`` (3,) for what rides on it at ``end``."""
+    """Transform a covariance (3, 3) of a pose at ``start`` (3,) to one rigidly attached to it at ``end``."""
     J = np.eye(3)
     J[0, 2], J[1, 2] = start[1] - end[1], end[0] - start[0]
     return np.asarray(J @ covariance @ J.T)

@@ -1,4 +1,4 @@
-"""Size of the graph, and its cost until now."""
+"""Size of the graph, and its cost so far."""
 
 from typing import NamedTuple
 
@@ -11,8 +11,8 @@ class GraphSize(NamedTuple):
     edges: int = 0
     loops: int = 0
     nbytes: int = 0
-    """Memory of the key scans."""
+    """Memory of the key scans, bytes."""
     tried: int = 0
     """Pairs of submaps that were compared."""
     seconds: float = 0.0
-    """Processor time of the searches."""
+    """Processor time of the searches, seconds."""

@@ -1,4 +1,4 @@
-"""Edges turned round, one behind the other, and two of the same as one."""
+"""Operations on edges: invert one, chain two, fuse two between the same nodes."""
 
 import numpy as np
 
@@ -8,13 +8,13 @@ from slam.pose import FloatArray, inverse_poses, wrap_angle
 
 
 def lever(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Derivative (3, 3) of first @ second, poses (3,), by ``first``."""
+    """Return the derivative (3, 3) of first @ second, poses (3,), by ``first``."""
     offset = composed(first, second)[:2] - first[:2]
     return np.array([[1.0, 0.0, -offset[1]], [0.0, 1.0, offset[0]], [0.0, 0.0, 1.0]])
 
 
 def turned_round(edge: Edge) -> Edge:
-    """The same knowledge, of the first node as seen from the second."""
+    """Return the same information with the first node relative to the second."""
     c, s = np.cos(edge.measured[2]), np.sin(edge.measured[2])
     inverse = inverse_poses(edge.measured)
     J = np.array([[-c, -s, inverse[1]], [s, -c, -inverse[0]], [0.0, 0.0, -1.0]])
@@ -22,7 +22,7 @@ def turned_round(edge: Edge) -> Edge:
 
 
 def joined(first: Edge, second: Edge) -> Edge:
-    """Chain two edges: the second's second node as seen from the first's first."""
+    """Chain two edges: the second node of the second edge relative to the first node of the first."""
     assert first.second == second.first
     c, s = np.cos(first.measured[2]), np.sin(first.measured[2])
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -32,7 +32,7 @@ def joined(first: Edge, second: Edge) -> Edge:
 
 
 def fused(edge: Edge, again: Edge) -> Edge:
-    """One edge for two between the same nodes."""
+    """Fuse two edges between the same nodes into one."""
     assert (edge.first, edge.second) == (again.first, again.second)
     offset = again.measured - edge.measured
     offset[2] = wrap_angle(float(offset[2]))
@@ -42,7 +42,7 @@ def fused(edge: Edge, again: Edge) -> Edge:
 
 
 def worn(edge: Edge, sigmas: FloatArray) -> Edge:
-    """An edge that is known less well by these standard deviations (3,)."""
+    """Return the edge with these standard deviations (3,) added to its uncertainty."""
     return edge._replace(information=_information(_covariance(edge) + np.diag(sigmas**2)))
 
 

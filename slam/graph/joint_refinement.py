@@ -1,9 +1,9 @@
 """Joint refinement, the last step of the graph: all key scans and all walls of a building by least squares at once.
 
 Each round finds the walls that the facets see at the present poses, and moves the poses by Gauss-Newton. The walls are
-eliminated; what they leave for the poses is solved by conjugate gradients, with the factors of the graph itself as
-preconditioner. From round to round the kernel shrinks, and with it what the facets of a wall may be off. All of it
-happens in the frame of the first node, so that where the map lies makes no difference.
+eliminated; the remaining system of the poses is solved by conjugate gradients, with the factors of the graph itself as
+preconditioner. From round to round the kernel shrinks, and with it the tolerances for the facets of a wall. All
+computations are in the frame of the first node, so that the result does not depend on the map's position.
 """
 
 from typing import TYPE_CHECKING, NamedTuple, Self
@@ -19,7 +19,7 @@ from slam.lines.facets import NX, NY, VARIANCE, X, Y
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
 
-if TYPE_CHECKING:  # it takes long to load
+if TYPE_CHECKING:  # here, as it takes long to load
     from scipy.sparse import csr_matrix
     from scipy.sparse.linalg import SuperLU
 
@@ -28,36 +28,36 @@ class RefinementSettings(NamedTuple):
     """Settings of the refinement, SI units."""
 
     floor: float = 0.01
-    """Standard deviation added to every facet, metres: real walls are not flat as lines."""
+    """Standard deviation added to every facet, metres: real walls are not perfectly flat."""
     correlation: float = 4.0
-    """Errors of neighbouring facets are alike: their information is divided by this."""
+    """Errors of neighbouring facets are correlated: their information is divided by this."""
     kernel: float = 0.05
     """Residuals far above this, metres, lose their weight."""
     straight: float = 0.01
-    """Metres by which pieces of a wall may lie off its line."""
+    """Largest distance of a piece of a wall from the wall's line, metres."""
     gap: float = 0.04
-    """Metres across a wall between neighbouring facets of one piece, at most."""
+    """Largest distance across a wall between neighbouring facets of one piece, metres."""
     first_width: float = 4.0
-    """Kernel, straight and gap are so many times wider in the first round; the factor is halved until it is 1."""
+    """Factor of kernel, ``straight`` and ``gap`` in the first round; it is halved until it is 1."""
     reused: float = 0.03
-    """Weight of the edges that come from matching, for the facets say the same again of the walls."""
+    """Weight of the edges from matching, as the facets contain the same information about the walls."""
     directions: bool = True
-    """Walls are held softly to the main directions of the building, where it has any."""
+    """True to attach walls softly to the main directions of the building, if it has any."""
     rounds: int = 6
-    """Greatest number of rounds ..."""
+    """Largest number of rounds."""
     settled: float = 2e-3
-    """... the last of which moves the poses by less than this, root mean square, metres."""
+    """The refinement ends when the poses move by less than this, root mean square, metres."""
     tolerance: float = 1e-2
-    """Tolerance of the conjugate gradients, relative ..."""
+    """Relative tolerance of the conjugate gradients."""
     max_iterations: int = 150
-    """... and the greatest number of their iterations."""
+    """Largest number of iterations of the conjugate gradients."""
 
 
 class Refinement(NamedTuple):
     """Refined poses and walls."""
 
     poses: FloatArray
-    """(N, 3)."""
+    """(N, 3): refined poses of the nodes."""
     walls: RefinedWalls
     rounds: int
 
@@ -66,9 +66,9 @@ def refine(
     poses: FloatArray, edges: Edges, weights: FloatArray, facets: list[FloatArray], nodes: IntArray,
     settings: RefinementSettings | None = None,
 ) -> Refinement:  # fmt: skip
-    """Refine poses (N, 3), of which the first stays, by edges of these weights (E,) and by the walls that are seen.
+    """Refine poses (N, 3) by edges with these weights (E,) and by the walls that are seen; the first pose is fixed.
 
-    ``facets`` (F_k, 7) are those of the K key scans, sensor frame; ``nodes`` (K,) are the numbers of their nodes, whose
+    ``facets`` (F_k, 7) are those of the K key scans, sensor frame; ``nodes`` (K,) are the indices of their nodes, whose
     poses are the sensor's.
     """
     settings = settings or RefinementSettings()
@@ -92,14 +92,14 @@ def refine(
 
 
 class _Sensed(NamedTuple):
-    """The facets of all key scans that have a normal."""
+    """Facets with a normal of all key scans."""
 
     facets: FloatArray
-    """(F, 7), sensor frame."""
+    """(F, 7): facets, sensor frame."""
     variances: FloatArray
-    """(F,) along the normal, with all that makes it larger."""
+    """(F,): variance along the normal, with all additions."""
     scans: IntArray
-    """(F,): number of the key scan."""
+    """(F,): index of the key scan."""
 
     @classmethod
     def of(cls, facets: list[FloatArray], settings: RefinementSettings) -> Self:
@@ -110,7 +110,7 @@ class _Sensed(NamedTuple):
         return cls(together[walls], variances, scans[walls])
 
     def seen_from(self, poses: FloatArray) -> Sights:
-        """The facets where the sensor was at these poses (K, 3)."""
+        """Return the facets, transformed by the sensor's poses (K, 3)."""
         c, s = np.cos(poses[:, 2])[self.scans], np.sin(poses[:, 2])[self.scans]
         x, y, nx, ny = self.facets[:, [X, Y, NX, NY]].T
         levers = np.column_stack([c * x - s * y, s * x + c * y])
@@ -119,7 +119,7 @@ class _Sensed(NamedTuple):
 
 
 def _beside_walls(edges: Edges, weights: FloatArray, nodes: IntArray, count: int, reused: float) -> FloatArray:
-    """Weights (E,) of the edges beside the walls. Those of odometry, from one key scan to the next, keep theirs."""
+    """Return the weights (E,) of the edges next to the walls. Edges of odometry between key scans keep theirs."""
     is_key = np.zeros(count, np.bool_)
     is_key[nodes] = True
     odometry = is_key[edges.first] & is_key[edges.second] & ~edges.robust
@@ -129,7 +129,7 @@ def _beside_walls(edges: Edges, weights: FloatArray, nodes: IntArray, count: int
 def _equations(
     sights: Sights, nodes: IntArray, width: float, count: int, settings: RefinementSettings
 ) -> tuple[FoundWalls, WallEquations]:
-    """Find the walls, and what they say of ``count`` poses."""
+    """Find the walls, and their equations for ``count`` poses."""
     kernel = width * settings.kernel
     walls = find_walls(sights, width * settings.straight, width * settings.gap)
     walls = walls._replace(lines=fit_lines(sights, walls, kernel))
@@ -149,7 +149,7 @@ def _conjugate_gradients(
     right: FloatArray,
     settings: RefinementSettings,
 ) -> FloatArray:
-    """Solve (H + S) x = ``right`` (N, 3), where the first node stays."""
+    """Solve (H + S) x = ``right`` (N, 3) with the first node fixed."""
     x, residual = np.zeros_like(right), right.copy()
     residual[0] = 0.0
     direction, before, least = np.zeros_like(right), np.inf, 0.0

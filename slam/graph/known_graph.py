@@ -1,4 +1,4 @@
-"""The graph of an earlier run, with its key scans: what a run that continues it knows from the first scan."""
+"""The graph of an earlier run, with its key scans, for a run that continues it."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,19 +15,19 @@ from slam.graph.submap import Submap
 from slam.pose import FloatArray
 
 GAP = 2
-"""From the number of its last submap to that of the first new one: no way joins the two."""
+"""Step from the number of the last submap of the earlier run to the first new one; no path joins the two."""
 
 
 @dataclass(frozen=True, eq=False)
 class KnownGraph:
-    """Key scans, and the graph that was solved for them; the numbers of their scans are below zero."""
+    """Key scans, and the solved graph of them; their scan indices are below zero."""
 
     graph: RunGraph
     keys: tuple[KeyScan, ...]
 
     @classmethod
     def of(cls, graph: RunGraph, keys: tuple[KeyScan, ...]) -> Self:
-        """The graph of a run and its key scans, as a run sees them that begins afterwards."""
+        """Return the graph of a run and its key scans, renumbered for a run that continues it."""
         past = int(graph.scans.max()) + 1
         loops = tuple(replace(loop, scan=min(loop.scan - past, -1)) for loop in graph.loops)
         graph = replace(graph, scans=graph.scans - past, loops=loops)
@@ -36,12 +36,12 @@ class KnownGraph:
 
     @classmethod
     def of_run(cls, closed: ClosedRun) -> Self:
-        """The graph of a run that is over."""
+        """Return the graph of a finished run."""
         return cls.of(RunGraph.of(closed), closed.keys)
 
     @property
     def next_submap(self) -> int:
-        """Number of the first submap of the run that goes on."""
+        """Number of the first submap of the continuing run."""
         return max(submap.number for submap in self.graph.submaps) + GAP
 
     @property
@@ -59,13 +59,13 @@ class KnownGraph:
 
     @property
     def edges(self) -> list[Edge]:
-        """All edges that lead to a key scan, those of loops last."""
+        """Return all edges to key scans, those of loops last."""
         own = [edge for edge in self._own if not self._is_tie(edge)]
         return [*own, *(edge for loop in self.loops for edge in loop.edges)]
 
     @property
     def ties(self) -> dict[tuple[int, int], Edge]:
-        """The edges between two submaps, by their numbers."""
+        """Return the edges between two submaps, by their numbers."""
         number = {submap.node: submap.number for submap in self.graph.submaps}
         ties = [edge for edge in self._own if self._is_tie(edge)]
         ties = [edge._replace(first=number[edge.first], second=number[edge.second]) for edge in ties]
@@ -84,7 +84,7 @@ class KnownGraph:
 
     @property
     def nodes(self) -> list[FloatArray]:
-        """The poses of all nodes."""
+        """Return the poses of all nodes."""
         return list(np.array(self.graph.nodes))
 
 

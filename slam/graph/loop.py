@@ -1,4 +1,4 @@
-"""A loop: a submap found again in an earlier one, by how much they agree, and whether that is believed."""
+"""A loop: a submap found again in an earlier one, with the measured agreement."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 Proposal = Literal["odometry", "walls", "break"]
-"""Origin of a proposal: the way through the graph, the walls alone, or a place where the front end broke."""
+"""Source of a proposal: the path through the graph, the walls alone, or a break of the front end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,26 +21,26 @@ class Loop:
     number: int
     submap: int
     other: int
-    """The earlier one."""
+    """Number of the earlier submap."""
     T_other_submap: FloatArray
-    """(3,): takes what ``local`` was while the submap was made to what it was while the other was."""
+    """(3,): transform from ``local`` at the time of the submap to ``local`` at the time of the other."""
     proposal: Proposal
     tested: int
-    """Key scans of the submap that lie near the other's path there ..."""
+    """Number of key scans of the submap near the other's path."""
     agreeing: int
-    """... and those of them that agree with it."""
+    """Number of those key scans that agree with the other submap."""
     share: float
-    """Mean agreement of the tested ones, beams that saw through walls taken off."""
+    """Mean agreement of the tested key scans, minus the penalty for beams through walls."""
     ambiguous: bool
-    """True where a second place was nearly as good, so that the direction between the two is left open."""
+    """True if a second pose was nearly as good, so that the direction between the two is unconstrained."""
     edges: tuple[Edge, ...]
-    """One for each key scan that agrees, from the node of the other submap to its own."""
+    """One edge for each agreeing key scan, from the node of the other submap to its own."""
     scan: int
-    """Number of the last scan of the submap."""
+    """Index of the last scan of the submap."""
 
     @property
     def text(self) -> str:
-        """The loop in words, as in: submap 41 found in submap 3, 14 of 15 scans agree."""
+        """Describe the loop, as in: submap 41 found in submap 3, 14 of 15 scans agree."""
         open_side = ", one direction left open" if self.ambiguous else ""
         agree = f"{self.agreeing} of {self.tested} scans agree{open_side}"
         return f"submap {self.submap} found in submap {self.other}, {agree}"
@@ -49,10 +49,10 @@ class Loop:
 def loop_keys(
     loops: Iterable[Loop], keys_of: Mapping[int, Sequence[int]], key_of: Callable[[int], int], poses: FloatArray
 ) -> IntArray:
-    """Places of loops, (L, 2): numbers of two key scans that each loop joins.
+    """Return places of loops, (L, 2): indices of the two key scans that each loop joins.
 
-    The first is the middle one of those of the found submap that agree; the second is the nearest to it of the submap
-    in which it was found.
+    The first is the middle one of the agreeing key scans of the found submap; the second is the nearest to it of the
+    submap in which it was found.
 
     ``keys_of`` has the key scans of every submap, ``key_of`` gives that of a node; ``poses`` (K, 3) are those of all.
     """

@@ -1,4 +1,4 @@
-"""The earlier submaps that may share walls with one that was just finished."""
+"""The earlier submaps that may share walls with a newly finished one."""
 
 from typing import Final
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from slam.graph.condensed import CondensedGraph
 from slam.graph.loop_check import distances_to
-from slam.graph.loop_search import MOST_WINDOW
+from slam.graph.loop_search import MAX_WINDOW
 from slam.graph.single_poses import between, composed
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
@@ -15,21 +15,22 @@ from slam.graph.wall_candidates import WallCandidate
 from slam.pose import FloatArray, compose_poses, wrap_angle
 
 NEAR: Final = 3.0
-"""Metres between two paths ..."""
+"""Largest distance between two paths of candidates, metres."""
 SIGMAS: Final = 3.0
-"""... and so many standard deviations of where they lie, within which a submap is sought."""
+"""Number of standard deviations of their relative pose that is added to it."""
 GAP_COST: Final = 0.3
-"""Standard deviation in metres that counts as much as a metre between the paths when candidates are ordered."""
+"""Standard deviation, metres, that counts as much as one metre between the paths in the order of candidates."""
 NEIGHBOURS: Final = 2
-"""Submaps before a new one that share its walls without a loop."""
+"""Number of submaps before a new one that share its walls without a loop."""
 THINKABLE: Final = 50.0
-"""chi^2 of a place from walls alone by what the graph says, at most."""
+"""Largest chi^2 of a pose from walls alone against the graph."""
 BREAK_REACH, BREAK_CANDIDATES = 5.0, 3
-"""After a break of the front end: so near, metres, must a submap's path be, and so many are tried with any heading."""
+"""After a break of the front end: largest distance of a submap's path, metres, and number of submaps that are tried
+with any heading."""
 
 
 class LoopCandidates:
-    """Finished submaps, and those among them that one may be found in."""
+    """Finished submaps, and those among them in which another one may be found."""
 
     def __init__(self, graph: SubmapGraph, condensed: CondensedGraph) -> None:
         self._graph, self._condensed = graph, condensed
@@ -40,11 +41,14 @@ class LoopCandidates:
         self._finished.append(submap)
 
     def keep(self) -> None:
-        """Forget submaps that have left the graph."""
+        """Remove submaps that have left the graph."""
         self._finished = [submap for submap in self._finished if submap.number in self._graph.submaps]
 
     def nearby(self, submap: Submap) -> list[tuple[Submap, FloatArray]]:
-        """Earlier submaps that may share walls with one, and the covariance of each seen from it, the surest first."""
+        """Return earlier submaps that may share walls with one, most certain first.
+
+        The covariance of each is relative to the given submap.
+        """
         covariances = self.covariances_from(submap)
         rows, own = [], self._places(submap)
         for other, distance in zip(self._finished[:-1], self._distances(submap), strict=True):
@@ -60,7 +64,7 @@ class LoopCandidates:
         return [(other, covariance) for _, other, covariance in rows]
 
     def beside_break(self, submap: Submap) -> list[Submap]:
-        """Earlier submaps beside where the front end lost its way, the nearest first."""
+        """Return earlier submaps near a break of the front end, nearest first."""
         own = self._places(submap)
         earlier = [other for other in self._finished[:-1] if other.number < submap.number]
         near = [(float(distances_to(own, self._places(other)).min()), other) for other in earlier]
@@ -68,27 +72,27 @@ class LoopCandidates:
         return [other for _, other in near[:BREAK_CANDIDATES]]
 
     def apart(self, submap: Submap) -> list[Submap]:
-        """All earlier submaps but neighbours, the nearest first."""
+        """Return all earlier submaps except neighbours, nearest first."""
         nearest_first = np.argsort(self._distances(submap), kind="stable").tolist()
         others = [self._finished[at] for at in nearest_first]
         return [other for other in others if not self._are_neighbours(other, submap)]
 
     def covariances_from(self, submap: Submap) -> dict[int, FloatArray]:
-        """Covariance (3, 3) of every submap as seen from one, map axes, by their numbers."""
+        """Return the covariance (3, 3) of every submap relative to one, map axes, by their numbers."""
         submaps = list(self._graph.submaps.values())
         poses = np.array([self._graph.poses[other.node] for other in submaps])
         covariances = surest_covariances(submaps.index(submap), poses, self._condensed.hops())
         return {other.number: covariance for other, covariance in zip(submaps, covariances, strict=True)}
 
     def is_out_of_reach(self, submap: Submap, other: Submap, covariance: FloatArray) -> bool:
-        """True where the graph says too little of where a submap lies, seen from another, for a search by that."""
+        """Return True if the graph's relative pose of two submaps is too uncertain for a search."""
         sigma = float(np.sqrt(max(covariance[0, 0], covariance[1, 1])))
-        return SIGMAS * sigma > MOST_WINDOW or self._is_break_between(other, submap)
+        return SIGMAS * sigma > MAX_WINDOW or self._is_break_between(other, submap)
 
     def is_thinkable(self, candidate: WallCandidate, submap: Submap, covariance: FloatArray) -> bool:
-        """True for a place that the graph does not rule out: a building may look alike from both ends.
+        """Return True if the graph does not contradict a pose: a building may look alike from both ends.
 
-        The covariance (3, 3) is that of the other as seen from the submap. Over a break the graph says nothing.
+        The covariance (3, 3) is that of the other relative to the submap. Over a break the graph has no information.
         """
         other = candidate.other
         if self._is_break_between(other, submap):
@@ -99,7 +103,7 @@ class LoopCandidates:
         return float(error @ np.linalg.solve(covariance, error)) < THINKABLE
 
     def _are_neighbours(self, other: Submap, submap: Submap) -> bool:
-        """True where two submaps share key scans, or follow each other without a break."""
+        """Return True if two submaps share key scans, or follow each other without a break."""
         if set(other.keys) & set(submap.keys):
             return True
         low, high = sorted((other.number, submap.number))
@@ -112,7 +116,7 @@ class LoopCandidates:
         return any(one.broken for number, one in self._graph.submaps.items() if low < number <= high)
 
     def _distances(self, submap: Submap) -> FloatArray:
-        """Metres from the middle of a submap to those of all that were finished before the last, (F,)."""
+        """Return the distances from the middle of a submap to those of all finished before the last, (F,), metres."""
         corrections = np.array([self._graph.correction(other) for other in self._finished[:-1]]).reshape(-1, 3)
         local = np.array([[*other.middle, 0.0] for other in self._finished[:-1]]).reshape(-1, 3)
         middles = compose_poses(corrections, local)
@@ -120,5 +124,5 @@ class LoopCandidates:
         return np.asarray(np.hypot(*(middles - own)[:, :2].T))
 
     def _places(self, submap: Submap) -> FloatArray:
-        """Poses (K, 3) of the key scans of a finished submap, as the graph has them."""
+        """Return the poses (K, 3) of the key scans of a finished submap in the graph."""
         return compose_poses(self._graph.correction(submap), submap.path)

@@ -1,4 +1,4 @@
-"""Verification of a loop: the key scans of one submap against another, less what their beams see through."""
+"""Verification of a loop: the key scans of one submap against another, with a penalty for beams through walls."""
 
 from typing import Final, NamedTuple
 
@@ -13,51 +13,51 @@ from slam.mapping.surfel_grid import Grid
 from slam.matching.least_squares import SolverSettings, solve
 from slam.pose import FloatArray, compose_poses
 
-LEAST_FACETS: Final = 5
-"""A scan with fewer facets says nothing."""
+MIN_FACETS: Final = 5
+"""Least number of facets of a scan that is tested."""
 PRIOR_INFORMATION: Final = np.diag(1.0 / np.array([0.1, 0.1, 0.03]) ** 2)
-"""Information of the place of a key scan, given that of its submap: metres and radians."""
+"""Information of the pose of a key scan, given that of its submap: metres and radians."""
 AGREEING: Final = 0.5, 0.7
-"""Share of the facets that must agree, and share of that with which the scan agreed with its own submap: the lesser."""
+"""Least share of agreeing facets: this, or this share of the agreement with its own submap, whichever is less."""
 NEAR: Final = 3.0
-"""Metres from the path of the other submap, within which a key scan is asked."""
-LEAST_AGREEING, LEAST_AGREEING_SHARE = 2, 0.5
-"""Key scans that must agree, and share of those that were asked."""
+"""Distance to the path of the other submap within which a key scan is tested, metres."""
+MIN_AGREEING, MIN_AGREEING_SHARE = 2, 0.5
+"""Least number of agreeing key scans, and their least share of the tested ones."""
 FIRST_ASKED: Final = 5
-"""Key scans that are asked first; where too few of them agree, the others are not asked."""
+"""Number of key scans that are tested first; if too few of them agree, the others are not tested."""
 SLIDES: Final = (-1.6, -0.8, -0.4, 0.4, 0.8, 1.6)
-"""Metres along the direction that the key scans know least, in which they are asked again ..."""
-MOST_SLID: Final = 6
-"""... so many of them at most ..."""
+"""Shifts along the least constrained direction for a second test of the key scans, metres."""
+MAX_SLID: Final = 6
+"""Largest number of key scans in that test."""
 SLIDING_AGREEMENT: Final = 0.85
-"""... and where one agrees with this share of what it did, the direction is open."""
+"""Share of its agreement that one must keep in that test for the direction to count as unconstrained."""
 
 
 class KeyMatch(NamedTuple):
     """A key scan matched to another submap."""
 
     at: int
-    """Its number in its submap."""
+    """Index of the key scan in its submap."""
     pose: FloatArray
-    """(3,), in the frame ``local`` of the other submap."""
+    """(3,): pose in the frame ``local`` of the other submap."""
     information: FloatArray
-    """(3, 3), in the same axes."""
+    """(3, 3): information, in the same axes."""
     agreement: float
-    """Share of the facets that agree, less the surfels that its beams saw through, counted as facets."""
+    """Share of agreeing facets, minus the surfels that its beams went through, counted as facets."""
     agrees: bool
 
 
 class Check(NamedTuple):
-    """Verdict of the key scans on a place."""
+    """Result of the tested key scans for one pose of the submap."""
 
     T_other_submap: FloatArray
-    """(3,), between the frames ``local`` of the two submaps."""
+    """(3,): pose between the frames ``local`` of the two submaps."""
     matches: list[KeyMatch]
-    """Matches of the key scans that were asked."""
+    """Matches of the tested key scans."""
 
     @property
     def agreement(self) -> float:
-        """Sum over the key scans that were asked."""
+        """Sum of the agreement over the tested key scans."""
         return sum(match.agreement for match in self.matches)
 
     @property
@@ -67,19 +67,19 @@ class Check(NamedTuple):
 
     @property
     def passed(self) -> bool:
-        """True where enough of them agree."""
-        return len(self.agreeing) >= max(LEAST_AGREEING, LEAST_AGREEING_SHARE * len(self.matches))
+        """True if enough of them agree."""
+        return len(self.agreeing) >= max(MIN_AGREEING, MIN_AGREEING_SHARE * len(self.matches))
 
 
 class LoopCheck:
-    """Asks the key scans of a submap whether it lies at a place in another one."""
+    """Tests, key scan by key scan, whether a submap lies at a pose in another one."""
 
     def __init__(self, settings: SolverSettings, config: SurfelMapConfig) -> None:
         self._settings = settings._replace(first_kernel=4.0 * settings.kernel)
         self._config = config
 
     def check(self, view: SubmapView, T_other_submap: FloatArray, other: Submap, grid: Grid) -> Check:
-        """Ask all key scans that lie near the other's path there."""
+        """Test all key scans near the other's path."""
         poses = compose_poses(T_other_submap, view.path)
         near = np.flatnonzero(distances_to(poses, other.path) <= NEAR)
         first = near[np.unique(np.linspace(0, len(near) - 1, min(FIRST_ASKED, len(near))).round().astype(np.int64))]
@@ -90,12 +90,12 @@ class LoopCheck:
         return Check(T_other_submap, [*found.matches, *self._matches(view, rest, poses, grid)])
 
     def open_direction(self, view: SubmapView, check: Check, grid: Grid) -> FloatArray | None:
-        """The direction (2,) along which the submap may slide and agree nearly as well, as in a corridor.
+        """Return the direction (2,) along which the submap may slide with nearly the same agreement, as in a corridor.
 
-        None where there is none.
+        None if there is none.
         """
         asked = check.agreeing
-        asked = [asked[k] for k in np.unique(np.linspace(0, len(asked) - 1, MOST_SLID).round().astype(np.int64))]
+        asked = [asked[k] for k in np.unique(np.linspace(0, len(asked) - 1, MAX_SLID).round().astype(np.int64))]
         information = np.sum([match.information[:2, :2] for match in asked], axis=0)
         direction: FloatArray = np.linalg.eigh(information)[1][:, 0]
         agreement = sum(match.agreement for match in asked)
@@ -109,11 +109,11 @@ class LoopCheck:
         return None
 
     def _matches(self, view: SubmapView, asked: IntArray, poses: FloatArray, grid: Grid) -> list[KeyMatch]:
-        numbers = [at for at in asked.tolist() if len(view.keys[at].facets) >= LEAST_FACETS]
+        numbers = [at for at in asked.tolist() if len(view.keys[at].facets) >= MIN_FACETS]
         return [self._match(view, at, poses[at], grid) for at in numbers]
 
     def _match(self, view: SubmapView, at: int, pose: FloatArray, grid: Grid) -> KeyMatch:
-        """Match a key scan that is thought to be at ``pose`` (3,) in the map of another submap."""
+        """Match a key scan, starting at ``pose`` (3,) in the map of another submap."""
         key, config, settings = view.keys[at], self._config, self._settings
         fit = solve(key.facets, pose, pose, PRIOR_INFORMATION, grid, settings)
         through = count_seen_through(grid, view.beams(at), fit.pose, config.carve_reach, config.free_margin)
@@ -125,6 +125,6 @@ class LoopCheck:
 
 
 def distances_to(path: FloatArray, other: FloatArray) -> FloatArray:
-    """Metres from each pose (K, 3) to the nearest of the others (J, 3), shape (K,)."""
+    """Return the distance from each pose (K, 3) to the nearest of the others (J, 3), metres, shape (K,)."""
     offsets = path[:, None, :2] - other[None, :, :2]
     return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1))

@@ -1,4 +1,4 @@
-"""Loops closed beside the front end: key scans go out, closures come back and are taken over at a known scan."""
+"""Loop closing during a run: key scans are sent to the back end, and its closures are applied at known scans."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -22,31 +22,31 @@ from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, Pose2D
 
 DELAY: Final = 10
-"""Scans after a submap is finished, at which its closure is taken over in a stepped run."""
+"""Scans from the end of a submap to the application of its closure in a stepped run."""
 ALONE_UNTIL: Final = 4
-"""Submaps that are finished before a process is started, one where a graph is known: until then there is nothing to
-close."""
+"""Number of finished submaps before the process is started (one if an earlier graph is known): until then there is
+nothing to close."""
 
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Rule that says when closures are taken over.
+    """Rule for the scan at which closures are applied.
 
-    A stepped run takes each over at a fixed later scan, and waits for it there, so that it gives the same bits whatever
-    the machine has to do beside it. A run in real time never waits. One that repeats another takes each over where that
-    one did.
+    A stepped run applies each at a fixed later scan, and waits for it there, so that the result does not depend on the
+    speed of the machine. A run in real time never waits. A repetition applies each at the scan where the original run
+    did.
     """
 
     real_time: bool = False
     known: Mapping[int, int] | None = None
-    """The submap whose closure is taken over, by the number of the scan, as in the run that is repeated."""
+    """By scan index, the submap whose closure is applied, as in the repeated run."""
 
 
 STEPPED: Final = Timing()
 
 
 class LoopClosing:
-    """The map that is right as a whole, as far as it is known, and where the frame ``local`` lies in it."""
+    """The globally consistent map so far, and the pose of the frame ``local`` in it."""
 
     def __init__(self, mapper: SubmapMapper, timing: Timing, known: KnownGraph | None = None) -> None:
         self.T_map_local = Pose2D()
@@ -54,21 +54,21 @@ class LoopClosing:
         self._closed = ClosedMap(SurfelMap(mapper.map.config) if known is None else deepcopy(mapper.map))
         self._tracking = MapTracking(mapper.config, mapper.map.config)
         self._process: BackEndProcess | None = None
-        self._early: list[KeyScan] = []  # those that no process knows yet
-        self._since: deque[KeyScan] = deque()  # those that the next closure may not know
-        self._known = 0 if known is None else len(known.keys)  # key scans that are in front of them
-        self._jobs: deque[tuple[int, int]] = deque()  # submaps that are searched, and when that is to be known
-        self._submap = mapper.number  # that the last key scan was matched to
+        self._early: list[KeyScan] = []  # not yet sent to the process
+        self._since: deque[KeyScan] = deque()  # possibly not in the next closure
+        self._known = 0 if known is None else len(known.keys)  # all key scans before them
+        self._jobs: deque[tuple[int, int]] = deque()  # submaps being searched, and the scan at which the result is due
+        self._submap = mapper.number  # to which the last key scan was matched
         self.waited = 0.0
         """Seconds that the last ``follow`` waited for the back end, as a stepped run does."""
         self.back_end_lost = ""
-        """Words on how the back end ended before its time; from then on no loop is closed. Empty where it goes on."""
+        """Description of how the back end ended too early; from then on no loop is closed. Empty while it runs."""
 
     @classmethod
     def beside(cls, mapper: object, timing: Timing = STEPPED, known: KnownGraph | None = None) -> Self | None:
-        """Loops for this mapper, among themselves and with a graph whose map it has.
+        """Make it for this mapper, with loops within the run and with an earlier graph whose map it has.
 
-        None for one that makes no submaps.
+        None for a mapper that makes no submaps.
         """
         return cls(mapper, timing, known) if isinstance(mapper, SubmapMapper) else None
 
@@ -79,13 +79,13 @@ class LoopClosing:
 
     @property
     def size(self) -> GraphSize:
-        """Size of the graph, as far as it is known here."""
+        """Size of the graph at the last result."""
         return self._process.size if self._process is not None else GraphSize(len(self._early))
 
     def follow(self, index: int) -> Closure | None:
-        """Take the last scan, number ``index`` of the run, where it became a key scan.
+        """Process scan ``index`` of the run, if it became a key scan.
 
-        Returns the closure that is taken over now, if one is.
+        Returns the closure that is applied now, if there is one.
         """
         if self._mapper.key is not None:
             self._take(replace(self._mapper.key, index=index), index)
@@ -100,9 +100,9 @@ class LoopClosing:
         return closure
 
     def finish(self, T_base_laser: Pose2D) -> ClosedRun | None:
-        """The whole run, refined, whose map is that of this object from now on.
+        """Return the whole run, refined, after the last key scan; this object then has its map.
 
-        There are no more key scans. None where no scan came; BackEndLost where the back end has ended, now or before.
+        None if no scan came; BackEndLost if the back end has ended.
         """
         if self.back_end_lost:
             raise BackEndLost(self.back_end_lost)
@@ -122,7 +122,7 @@ class LoopClosing:
         return back_end.finish(T_base_laser)
 
     def _take(self, key: KeyScan, index: int) -> None:
-        """Give a key scan to the back end, and put it into the map where it is thought to be."""
+        """Send a key scan to the back end, and add it to the map at its estimated pose."""
         if not self.back_end_lost:
             self._send(key, index)
         self._add(key)
@@ -152,7 +152,7 @@ class LoopClosing:
         self._since.clear()
 
     def _closure_at(self, index: int) -> Closure | None:
-        """The closure to take over at this scan."""
+        """Return the closure to apply at this scan, if any."""
         closure = None
         while self._process is not None and self._jobs and self._is_due(*self._jobs[0], index):
             known, result = self._process.next_result(wait=not self._timing.real_time)
@@ -163,7 +163,7 @@ class LoopClosing:
         return closure
 
     def _is_due(self, submap: int, scan: int, index: int) -> bool:
-        """True where the search for a submap is to be known at this scan."""
+        """Return True if the result for a submap is due at this scan."""
         if self._timing.real_time:
             return True
         if self._timing.known is None:
@@ -182,7 +182,7 @@ class LoopClosing:
             self._add(key)
 
     def _add(self, key: KeyScan) -> None:
-        """Find a key scan in the map, and put it there."""
+        """Find a key scan in the map, and add it there."""
         T_map_local, known = self._tracking.follow(key, self.T_map_local.as_array(), self.map.grid)
         self.T_map_local = Pose2D.from_array(T_map_local)
         for one in known:

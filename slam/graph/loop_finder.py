@@ -1,4 +1,4 @@
-"""The loops of one submap after the other: candidates are searched, and what is found goes into the graph."""
+"""Finds the loops of one submap after the other: it searches candidates, and adds results to the graph."""
 
 from typing import Final
 
@@ -16,19 +16,19 @@ from slam.graph.submap_view import SubmapView
 from slam.graph.wall_candidates import WallCandidates
 from slam.mapping.surfel_map import SurfelMap
 
-MOST_CANDIDATES, ENOUGH = 6, 3
-"""Earlier submaps in which a new one is sought at most, and how often it must be found to end the search."""
+MAX_CANDIDATES, ENOUGH = 6, 3
+"""Most earlier submaps in which a new one is searched, and number of hits that end the search."""
 POOR: Final = 0.9
-"""Metres: a way through the graph of this standard deviation leads over a break, and what is found over it ..."""
+"""Standard deviation of a path through the graph above which it counts as broken, metres."""
 STANDING_ALONE: Final = 1.2
-"""... counts only where another loop bears it out, unless its key scans agree as much as so many whole ones."""
+"""Number of fully agreeing key scans with which a loop over a break needs no confirmation by another loop."""
 WALL_SIGMAS: Final = np.array([0.3, 0.3, 0.05])
-"""Standard deviations of a place from walls alone: metres and radians."""
+"""Standard deviations of a pose from walls alone: metres and radians."""
 BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
 
 
 class LoopFinder:
-    """Finds a submap in earlier ones, and adds to the graph the loops that count."""
+    """Finds a submap in earlier ones, and adds valid loops to the graph."""
 
     def __init__(
         self, graph: SubmapGraph, condensed: CondensedGraph, matching: LeastSquaresConfig, config: SurfelMapConfig
@@ -36,7 +36,7 @@ class LoopFinder:
         self._graph, self._condensed, self._config = graph, condensed, config
         self._search, self._candidates = LoopSearch(graph, matching, config), LoopCandidates(graph, condensed)
         self._walls, self._waiting = WallCandidates(), WaitingLoops(graph)
-        self.tried = 0  # candidates until now
+        self.tried = 0  # number of candidates so far
 
     def add(self, submap: Submap) -> None:
         """Add a submap that is finished, in which later ones can be found."""
@@ -45,9 +45,9 @@ class LoopFinder:
         self._walls.add(submap, surfels, self._config.cell)
 
     def find(self, submap: Submap) -> int:
-        """Seek a submap that was added in the earlier ones, the surest first; returns how many loops were added."""
+        """Search a submap in the earlier ones, most certain first; return the number of added loops."""
         candidates, found, view = self._candidates.nearby(submap), 0, self._search.view(submap)
-        for other, covariance in candidates[:MOST_CANDIDATES]:
+        for other, covariance in candidates[:MAX_CANDIDATES]:
             self.tried += 1
             loop = self._search.find(view, other, covariance, "odometry")
             if loop is not None:
@@ -63,13 +63,13 @@ class LoopFinder:
         return found
 
     def keep(self) -> None:
-        """Forget submaps that have left the graph."""
+        """Remove submaps that have left the graph."""
         self._candidates.keep()
         self._walls.keep(self._graph.submaps)
         self._waiting.forget()
 
     def _find_after_break(self, view: SubmapView) -> int:
-        """Seek a submap with any heading beside where the front end lost its way."""
+        """Search a submap with any heading near a break of the front end."""
         for other in self._candidates.beside_break(view.submap):
             self.tried += 1
             loop = self._search.find(view, other, np.diag(BREAK_SIGMAS**2), "break")
@@ -78,7 +78,7 @@ class LoopFinder:
         return 0
 
     def _find_by_walls(self, view: SubmapView) -> int:
-        """Seek a submap where its walls alone say that it may be; it counts where another loop bears it out."""
+        """Search a submap at the poses that its walls alone suggest; another loop must confirm the result."""
         submap, added = view.submap, 0
         covariance, covariances = np.diag(WALL_SIGMAS**2), self._candidates.covariances_from(view.submap)
         for candidate in self._walls.of(submap, self._candidates.apart(submap)):
@@ -91,14 +91,14 @@ class LoopFinder:
         return added
 
     def _add(self, loop: Loop, doubtful: bool) -> int:
-        """Add a loop, a doubtful one where another bears it out; returns how many were added."""
+        """Add a loop, a doubtful one only if another confirms it; return the number of added loops."""
         loops = self._waiting.borne_out(loop, self._condensed.hops(), self._believed()) if doubtful else [loop]
         for one in loops:
             self._graph.add_loop(renumbered(one, len(self._graph.loops)))
         return len(loops)
 
     def _believed(self) -> list[Loop]:
-        """Loops that the graph of submaps believes."""
+        """Loops that the graph of submaps accepts."""
         weighed = zip(self._graph.loops, self._condensed.weights, strict=False)
         return [loop for loop, weight in weighed if weight > BELIEVED]
 

@@ -1,4 +1,4 @@
-"""Search of a loop: a submap is sought in another one, and what is found is verified by its key scans."""
+"""Search of loops: a submap is searched in another one, and its key scans verify the result."""
 
 from typing import Final
 
@@ -19,33 +19,33 @@ from slam.matching.least_squares import SolverSettings, solve
 from slam.pose import FloatArray, compose_poses, wrap_angle
 
 JOINT: Final = 6
-"""Key scans that are sought together."""
-LEAST_FACETS: Final = 15
-"""Facets of these key scans below which they say too little."""
-MOST_WINDOW, MOST_ANGLE = 8.0, 0.5
-"""Half the window, metres and radians, at most ..."""
+"""Number of key scans that are searched together."""
+MIN_FACETS: Final = 15
+"""Least number of facets of these key scans."""
+MAX_WINDOW, MAX_ANGLE = 8.0, 0.5
+"""Largest half width of the window, metres and radians."""
 ANY_HEADING: Final = 0.5
-"""... unless the heading is known worse than this, radians: then every one is tried."""
+"""Standard deviation of the heading, radians, above which every heading is tried."""
 SIGMAS: Final = 3.0
-"""Standard deviations that the window reaches to each side."""
-LEAST_SHARE: Final = 0.3
-"""Share of the facets that must lie on walls for a place to be followed up."""
+"""Half width of the window in standard deviations."""
+MIN_SHARE: Final = 0.3
+"""Least share of facets on walls for a pose to be refined."""
 PLACES: Final = 4
-"""Places that are followed up ..."""
+"""Largest number of poses that are refined."""
 FOLLOWED_SHARE: Final = 0.75
-"""... unless the score is less than this share of the best."""
+"""Least share of the best score for a pose to be refined."""
 FOUND_INFORMATION: Final = np.diag(1.0 / np.array([0.3, 0.3, 0.1]) ** 2)
-"""Information of a place from the search: metres and radians."""
+"""Information of a pose from the search: metres and radians."""
 AMBIGUOUS: Final = 0.9
-"""A second place with this share of the agreement of the first leaves the direction between them open ..."""
+"""Share of the best agreement with which a second pose makes the direction between them unconstrained."""
 APART, TURNED = 0.3, 0.1
-"""... where they are so far apart, metres; where their headings differ by so much, radians, neither is believed."""
+"""Least distance of such a second pose, metres, and heading difference, radians, with which both are rejected."""
 OWN_SIGMAS: Final = np.array([0.1, 0.1, 0.02])
-"""Errors of the path within submaps, metres and radians, added to what the graph says."""
+"""Standard deviations of the path within submaps, metres and radians, added to those of the graph."""
 
 
 class LoopSearch:
-    """Compares submaps of a graph."""
+    """Searches submaps of a graph in each other."""
 
     def __init__(self, graph: SubmapGraph, matching: LeastSquaresConfig, config: SurfelMapConfig) -> None:
         self._graph, self._config = graph, config
@@ -55,18 +55,17 @@ class LoopSearch:
         self._check = LoopCheck(self._settings, config)
 
     def view(self, submap: Submap) -> SubmapView:
-        """A submap as it is sought in others."""
+        """Return a submap in the form in which it is searched in others."""
         return SubmapView(submap, self._graph.keys, self._config.no_echo_reach)
 
     def map_of(self, submap: Submap) -> SubmapMap:
-        """The map of a finished submap."""
+        """Return the map of a finished submap."""
         return self._maps.of(submap)
 
     def find(self, view: SubmapView, other: Submap, covariance: FloatArray, proposal: Proposal) -> Loop | None:
-        """Seek a submap in another one.
+        """Search a submap in another one.
 
-        ``covariance`` (3, 3) is that of the other's node as seen from the first, map axes. None where they do not
-        agree.
+        ``covariance`` (3, 3) is that of the other's node relative to the first, map axes. None if they do not agree.
         """
         T_other_submap = between(self._graph.correction(other), self._graph.correction(view.submap))
         middle = _nearest_first(view, other, T_other_submap)[0]
@@ -76,19 +75,19 @@ class LoopSearch:
     def find_near(
         self, view: SubmapView, other: Submap, T_other_submap: FloatArray, covariance: FloatArray, proposal: Proposal
     ) -> Loop | None:
-        """Seek a submap near a place in another one.
+        """Search a submap near a pose in another one.
 
-        ``covariance`` (3, 3) is that of the key scan of the first that is nearest to the other's path there, axes of
-        its frame ``local``.
+        ``covariance`` (3, 3) is that of the first one's key scan nearest to the other's path, axes of the other's frame
+        ``local``.
         """
         nearest_first = _nearest_first(view, other, T_other_submap)
         middle = int(nearest_first[0])
         facets = view.joint_scan(middle, nearest_first[:JOINT])
-        if len(facets) < LEAST_FACETS:
+        if len(facets) < MIN_FACETS:
             return None
         window = _window(composed(T_other_submap, view.path[middle]), covariance, len(facets))
         grid, pictures = self.map_of(other)
-        places = find_places(facets, window, pictures, LEAST_SHARE, PLACES)
+        places = find_places(facets, window, pictures, MIN_SHARE, PLACES)
         settings = self._settings._replace(first_kernel=8.0 * self._settings.kernel)
         checks = []
         for place in places[places[:, SCORE] >= FOLLOWED_SHARE * places[:, SCORE].max(initial=0.0)]:
@@ -107,7 +106,7 @@ class LoopSearch:
         return self._loop(view, other, checks[0], direction, proposal)
 
     def _covariance_there(self, other: Submap, covariance: FloatArray, prior: FloatArray) -> FloatArray:
-        """Covariance (3, 3) of a place seen from the other submap, axes of its frame ``local``."""
+        """Return the covariance (3, 3) of a pose relative to the other submap, axes of its frame ``local``."""
         correction = self._graph.correction(other)
         there, node = composed(correction, prior), self._graph.poses[other.node]
         J = np.eye(3)
@@ -119,7 +118,7 @@ class LoopSearch:
     def _loop(
         self, view: SubmapView, other: Submap, check: Check, direction: FloatArray | None, proposal: Proposal
     ) -> Loop:
-        """The loop that was found; along an open direction (2,) the submap stays where it was thought to be."""
+        """Make the loop; along an unconstrained direction (2,) the submap stays at its previous estimate."""
         graph, submap, T_other_submap = self._graph, view.submap, check.T_other_submap
         shift = np.zeros(3)
         if direction is not None:
@@ -145,23 +144,23 @@ class LoopSearch:
 
 
 def _nearest_first(view: SubmapView, other: Submap, T_other_submap: FloatArray) -> IntArray:
-    """The key scans of a submap that lies at a place in another one, those nearest to the other's path first."""
+    """Return the key scans of a submap at a pose in another one, nearest to the other's path first."""
     return np.argsort(distances_to(compose_poses(T_other_submap, view.path), other.path), kind="stable")
 
 
 def _window(prior: FloatArray, covariance: FloatArray, facets: int) -> Window:
-    """The poses that are tried about a prior (3,) of this covariance (3, 3)."""
-    width = min(MOST_WINDOW, SIGMAS * float(np.sqrt(max(covariance[0, 0], covariance[1, 1]))))
-    most_angle = np.pi if covariance[2, 2] > ANY_HEADING**2 else MOST_ANGLE
+    """Return the window of poses around a prior (3,) with this covariance (3, 3)."""
+    width = min(MAX_WINDOW, SIGMAS * float(np.sqrt(max(covariance[0, 0], covariance[1, 1]))))
+    most_angle = np.pi if covariance[2, 2] > ANY_HEADING**2 else MAX_ANGLE
     angle = min(most_angle, SIGMAS * float(np.sqrt(covariance[2, 2])))
     return Window.about(prior, np.linalg.inv(covariance) / facets, width, angle)
 
 
 def _second_place(checks: list[Check], own: FloatArray) -> tuple[FloatArray | None, bool]:
-    """The direction (2,) to a second place that is nearly as good, None for none.
+    """Return the direction (2,) to a second pose that is nearly as good, or None.
 
-    The second value is True where that place is turned, so that the first is not to be believed. The places are those
-    of the key scan at ``own`` (3,).
+    The second value is True if that pose is rotated, so that the first is rejected too. The poses are those of the key
+    scan at ``own`` (3,).
     """
     best = composed(checks[0].T_other_submap, own)
     for check in checks[1:]:
@@ -175,7 +174,7 @@ def _second_place(checks: list[Check], own: FloatArray) -> tuple[FloatArray | No
 
 
 def _without(information: FloatArray, direction: FloatArray) -> FloatArray:
-    """The information (3, 3) without what it says along a direction (2,) of the place."""
+    """Return the information (3, 3) without its part along a direction (2,) of the position."""
     d = np.append(direction, 0.0)
     along = information @ d
     return np.asarray(information - np.outer(along, along) / max(float(d @ along), 1e-9))

@@ -1,8 +1,8 @@
-"""Soft edges between the walls of a building and its main directions, which walls have up to quarter turns.
+"""Soft edges between the walls of a building and its main directions (modulo a quarter turn).
 
-Walls that stand near each other are off alike: a wing may be built askew, and a street of blocks bends. How much they
-are off together and how much each by itself is estimated from them, by a one-way analysis of variance over the parts
-of the building. Where the parts are off and not the walls, a hundred walls of one say no more than a single one.
+Neighbouring walls have similar deviations: a wing may be oblique, and a street of blocks may bend. The common and the
+individual deviations are estimated by a one-way analysis of variance over the parts of the building. If the parts
+deviate and not the single walls, a hundred walls of one part have no more information than one.
 """
 
 from typing import Final, NamedTuple
@@ -16,33 +16,33 @@ from slam.mapping.directions import MIN_SPREAD, THETA, VARIANCE, Directions, qua
 from slam.pose import FloatArray
 
 MIN_LENGTH: Final = 1.0
-"""Metres: shorter walls are held to no direction."""
+"""Least length of a wall that is attached to a direction, metres."""
 WITHIN: Final = np.radians(2.0)
-"""A wall lies in a main direction when it is nearer to it than this."""
+"""Largest deviation of a wall from its main direction."""
 KERNEL_SIGMAS: Final = 3.0
-"""Standard deviations of a main direction, far above which a wall is not held to it."""
+"""Standard deviations of a main direction beyond which a wall is not attached to it."""
 PART: Final = 20.0
-"""Metres that a part of the building is long and wide, whose walls may be off alike."""
+"""Side of a part of the building, metres, whose walls may have a common deviation."""
 
 
 class MainEdges(NamedTuple):
-    """Prior knowledge of the directions of M walls."""
+    """Prior information on the directions of M walls."""
 
     direction: IntArray
-    """(M,): number of a wall's main direction, -1 for none."""
+    """(M,): index of a wall's main direction, -1 for none."""
     error: FloatArray
-    """(M,) radians: the wall's own direction less its main one ..."""
+    """(M,): deviation of the wall's direction from the main one, radians."""
     information: FloatArray
-    """(M,): ... and how sure it is, rad^-2; 0 for a wall without."""
+    """(M,): information of that deviation, rad^-2; 0 for a wall without a main direction."""
 
 
 def no_main_edges(count: int) -> MainEdges:
-    """No main direction for so many walls."""
+    """Return no main direction for ``count`` walls."""
     return MainEdges(np.full(count, -1, np.int64), np.zeros(count), np.zeros(count))
 
 
 def find_main_edges(theta: FloatArray, lengths: FloatArray, places: FloatArray) -> MainEdges:
-    """Soft edges of those walls that lie in a main direction of all of them.
+    """Attach the walls softly to the main directions of all of them.
 
     ``theta`` (M,) are the directions of their normals, radians, ``lengths`` (M,) and ``places`` (M, 2) are in metres.
     """
@@ -63,12 +63,12 @@ def find_main_edges(theta: FloatArray, lengths: FloatArray, places: FloatArray) 
 
 
 def _information(off: FloatArray, places: FloatArray, variance: float) -> FloatArray:
-    """Information of each wall (W,) on its main direction, rad^-2.
+    """Return the information of each wall (W,) about its main direction, rad^-2.
 
-    The walls of a part together say what that part says; it is zero where the parts are off more than the walls of one,
-    and have directions of their own.
+    The walls of a part share the information of the part; it is zero if the parts deviate more than the walls within
+    one, and so have directions of their own.
 
-    ``off`` (W,) are the deviations, of this ``variance``.
+    ``off`` (W,) are the deviations, with this ``variance``.
     """
     _, part, counts = np.unique(np.floor(places / PART), axis=0, return_inverse=True, return_counts=True)
     if len(counts) < 2:
@@ -79,10 +79,10 @@ def _information(off: FloatArray, places: FloatArray, variance: float) -> FloatA
 
 
 def variance_components(values: FloatArray, part: IntArray, counts: IntArray) -> tuple[float, float]:
-    """The variances within and between the parts.
+    """Estimate the variances within and between the parts.
 
-    ``part`` (W,) numbers the part of each value (W,), and ``counts`` (P,) the values of each; there are two parts at
-    least. They come from the mean squares, as in Searle (1971), chapter 11.
+    ``part`` (W,) numbers the part of each value (W,), and ``counts`` (P,) the values of each; there are at least two
+    parts. They come from the mean squares, as in Searle (1971), chapter 11.
     """
     means = np.bincount(part, values) / counts
     size, parts = len(values), len(counts)
@@ -94,7 +94,7 @@ def variance_components(values: FloatArray, part: IntArray, counts: IntArray) ->
 
 @compiled
 def _nearest(theta: FloatArray, long: NDArray[np.bool_], main: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The main direction of each long wall and how far it is off, (M,) each."""
+    """Return the main direction of each long wall and its deviation, (M,) each."""
     direction, error = np.full(len(theta), -1, np.int64), np.zeros(len(theta))
     for m in range(len(theta)):
         nearest = WITHIN

@@ -1,8 +1,8 @@
-"""Key scans matched to the whole map, so that what was seen long ago holds the robot before the next loop is closed.
+"""Matches key scans to the whole map, so that old parts of the map limit the drift before the next loop is closed.
 
-Where the front end broke, odometry alone joins what follows to what was mapped. The place in the map is then searched
-for, with each key scan, until one agrees; only then are the key scans since the break put into the map, for there they
-would agree with nothing but themselves.
+After a break of the front end only odometry connects the new key scans to the map. The pose in the map is then searched
+with each key scan until one agrees; only then are the key scans since the break added to the map, as they would
+otherwise agree with themselves only.
 """
 
 from typing import Final
@@ -21,19 +21,19 @@ from slam.motion_model import propagate
 from slam.pose import FloatArray, Pose2D
 
 SIGMAS: Final = np.array([0.02, 0.02, 0.0005])
-"""Metres and radians by which the frame ``local`` may drift in the map between key scans. Its heading drifts
-little: the walls of the submap hold it, and the main directions of the building."""
+"""Standard deviations of the drift of ``local`` in the map between key scans, metres and radians. The heading drifts
+little: the walls of the submap and the main directions of the building hold it."""
 BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
-"""Metres and radians by which it may be off after a break."""
+"""Standard deviations of that drift after a break, metres and radians."""
 AGREEING: Final = 0.5, 0.8
-"""Share of the facets that must agree with the map, and share of that with which the scan agreed with its own submap:
-the lesser; after a break the former."""
-MOST_WAITING: Final = 20
-"""Key scans after a break, at most, of which none was found in the map: the robot is where nothing was mapped."""
+"""Least share of agreeing facets: the first, or the second times the agreement with its own submap, whichever is less;
+after a break the first."""
+MAX_WAITING: Final = 20
+"""Largest number of key scans after a break that were not found in the map: then the robot is in an unmapped area."""
 
 
 class MapTracking:
-    """Follows the frame ``local`` in the map from key scan to key scan, and finds it again after a break."""
+    """Tracks the frame ``local`` in the map from key scan to key scan, and finds it again after a break."""
 
     def __init__(self, config: LeastSquaresConfig, map_config: SurfelMapConfig) -> None:
         shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_way"}
@@ -41,11 +41,11 @@ class MapTracking:
         self._information = np.diag(SIGMAS**-2.0)
         self._search = PoseSearch(config.search, map_config.carve_reach, WallHeading(Directions(), enabled=False))
         self._no_echo_reach = map_config.no_echo_reach
-        self._waiting: list[KeyScan] = []  # since a break, their place in the map not known yet
-        self._last, self._covariance = Pose2D(), np.zeros((3, 3))  # of the sensor with the last of them, map frame
+        self._waiting: list[KeyScan] = []  # since a break, with unknown poses in the map
+        self._last, self._covariance = Pose2D(), np.zeros((3, 3))  # of the sensor at the last of them, map frame
 
     def follow(self, key: KeyScan, T_map_local: FloatArray, grid: Grid) -> tuple[FloatArray, list[KeyScan]]:
-        """Return ``T_map_local`` (3,) by a key scan, and the key scans whose place in the map is known since now."""
+        """Return ``T_map_local`` (3,) after a key scan, and the key scans whose poses in the map became known."""
         if key.broken and key.index > 0:
             self._waiting, self._last = [], Pose2D.from_array(composed(T_map_local, key.T_local_laser))
             self._covariance = np.diag(BREAK_SIGMAS**2)
@@ -54,11 +54,11 @@ class MapTracking:
         return self._found(key, T_map_local, grid)
 
     def restart(self) -> None:
-        """The map was made anew, with all key scans in it."""
+        """Take over a new map, with all key scans in it."""
         self._waiting = []
 
     def _tracked(self, key: KeyScan, T_map_local: FloatArray, grid: Grid) -> FloatArray:
-        """The frame ``local`` a little beside where it was, or there where map and scan disagree."""
+        """Return the pose of ``local``: a small correction, or the prior if map and scan disagree."""
         prior = composed(T_map_local, key.T_local_laser)
         fit = solve(key.facets, prior, prior, self._information, grid, self._settings)
         if fit.inliers < min(AGREEING[0], AGREEING[1] * key.share) * len(key.facets):
@@ -66,7 +66,7 @@ class MapTracking:
         return undone(fit.pose, key.T_local_laser)
 
     def _found(self, key: KeyScan, T_map_local: FloatArray, grid: Grid) -> tuple[FloatArray, list[KeyScan]]:
-        """The frame ``local`` wherever around the scan agrees with the map, with all that waited for it."""
+        """Search the pose of ``local`` around the scan, for all key scans that wait for it."""
         prior = composed(T_map_local, key.T_local_laser)
         last, here = self._last, Pose2D.from_array(prior)
         self._last, self._covariance = here, propagate(self._covariance, last, here)
@@ -74,7 +74,7 @@ class MapTracking:
         scene = Scene(key.facets, key.scan, self._no_echo_reach, grid, self._settings)
         found = self._search.find(scene, prior, self._covariance, last.as_array(), sure=False)
         agrees = found.fit.inliers >= AGREEING[0] * len(key.facets) and not found.contradicted
-        if not agrees and len(self._waiting) < MOST_WAITING:
+        if not agrees and len(self._waiting) < MAX_WAITING:
             return T_map_local, []
         known, self._waiting = self._waiting, []
         return undone(found.fit.pose, key.T_local_laser) if agrees else T_map_local, known

@@ -1,25 +1,29 @@
 """Covariances of the poses of a graph: the diagonal blocks of the inverse of its information matrix.
 
-The inverse is full, but its blocks where the factors L D L^T have one follow from one another, from the last column
-backwards (Takahashi, Fagan and Chen, 1973; Kaess and Dellaert, Robotics and Autonomous Systems 57, 2009):
-Z_ij = -sum_k Z_ik L_kj and Z_jj = D_j^-1 - sum_k L_kj^T Z_kj, over the blocks k of column j of L.
+The inverse is full, but its blocks at the non-zero blocks of the factors L D L^T follow from one another, from the last
+column backwards (Takahashi, Fagan and Chen, 1973; Kaess and Dellaert, Robotics and Autonomous Systems 57, 2009): Z_ij =
+-sum_k Z_ik L_kj and Z_jj = D_j^-1 - sum_k L_kj^T Z_kj, over the blocks k of column j of L.
 """
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.graph.pose_graph import Edges, linear_system
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
+from slam.small_matrices import add, inverse, product, subtract_product, write
 
-if TYPE_CHECKING:  # it takes long to load
+if TYPE_CHECKING:  # here, as it takes long to load
     from scipy.sparse import csc_matrix
 
 
 def pose_covariances(poses: FloatArray, edges: Edges, weights: FloatArray) -> FloatArray:
-    """Covariances (N, 3, 3) of poses (N, 3), map frame, where the first is known; ``weights`` (E,) are of the edges."""
+    """Return the covariances (N, 3, 3) of poses (N, 3), map frame, with the first known.
+
+    ``weights`` (E,) are those of the edges.
+    """
     covariances = np.zeros((len(poses), 3, 3))
     if len(poses) > 1:
         H, _ = linear_system(poses, edges, weights)
@@ -28,7 +32,7 @@ def pose_covariances(poses: FloatArray, edges: Edges, weights: FloatArray) -> Fl
 
 
 def inverse_blocks(H: "csc_matrix") -> FloatArray:
-    """The diagonal blocks (N, 3, 3) of the inverse of a symmetric positive definite (3N, 3N)."""
+    """Return the diagonal blocks (N, 3, 3) of the inverse of a symmetric positive definite (3N, 3N)."""
     blocks = H.tobsr(blocksize=(3, 3))
     blocks.sort_indices()
     begins, rows = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
@@ -39,7 +43,7 @@ def inverse_blocks(H: "csc_matrix") -> FloatArray:
 
 
 def _elimination_places(begins: IntArray, rows: IntArray) -> IntArray:
-    """Place of each node in the order of elimination, (N,), so that few blocks fill: by minimum degree."""
+    """Return the place of each node in the order of elimination, (N,), with few fill-in blocks: minimum degree."""
     from scipy.sparse import csc_matrix, identity
     from scipy.sparse.linalg import splu
 
@@ -73,11 +77,22 @@ def _pattern(begins: IntArray, rows: IntArray, place: IntArray) -> tuple[IntArra
                 size = _note(members[i], j, mark, members, size)
             child = next_child[child]
         columns[j + 1] = size
-        members[columns[j] : size].sort()
+        _sort(members, columns[j], size)
         if size > columns[j]:
             parent = members[columns[j]]
             next_child[j], first_child[parent] = first_child[parent], j
     return columns, members[:size].copy()
+
+
+@compiled
+def _sort(numbers: IntArray, begin: int, end: int) -> None:
+    """Sort a few of these numbers in place, most of which ascend already."""
+    for k in range(begin + 1, end):
+        number, at = numbers[k], k
+        while at > begin and numbers[at - 1] > number:
+            numbers[at] = numbers[at - 1]
+            at -= 1
+        numbers[at] = number
 
 
 @compiled
@@ -89,9 +104,9 @@ def _node_at(place: IntArray) -> IntArray:
     return node
 
 
-@compiled
+@compiled_on_views
 def _note(i: int, j: int, mark: IntArray, members: IntArray, size: int) -> int:
-    """Write row ``i`` of column ``j``, if it is below the diagonal and not there yet; returns the size then."""
+    """Write row ``i`` of column ``j``, if it is below the diagonal and new; return the new size."""
     if i > j and mark[i] != j:
         mark[i], members[size] = j, i
         return size + 1
@@ -102,7 +117,7 @@ def _note(i: int, j: int, mark: IntArray, members: IntArray, size: int) -> int:
 def _factors(
     begins: IntArray, rows: IntArray, data: FloatArray, place: IntArray, columns: IntArray, members: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The inverse of D (N, 3, 3), and the blocks of L, (B, 3, 3)."""
+    """Return the inverse of D (N, 3, 3), and the blocks of L, (B, 3, 3)."""
     count = len(place)
     node, at = _node_at(place), np.zeros(count, np.int64)
     D, L = np.zeros((count, 3, 3)), np.zeros((len(members), 3, 3))
@@ -112,28 +127,28 @@ def _factors(
         for b in range(begins[node[j]], begins[node[j] + 1]):
             i = place[rows[b]]
             if i == j:
-                D[j] += data[b]
-            elif i > j:  # the blocks of a row are those of the column, turned over
-                L[at[i]] += data[b].T
+                add(D[j], data[b])
+            elif i > j:  # the blocks of a row are those of the column, transposed
+                add(L[at[i]], data[b].T)
     for j in range(count):
-        D[j] = np.linalg.inv(D[j])
+        write(D[j], inverse(D[j]))
         for b in range(columns[j], columns[j + 1]):
             k = members[b]
             for i in range(columns[k], columns[k + 1]):
                 at[members[i]] = i
-            update = L[b] @ D[j]
-            D[k] -= update @ L[b].T
+            update = product(L[b], D[j])
+            subtract_product(D[k], update, L[b].T)
             for i in range(b + 1, columns[j + 1]):
-                L[at[members[i]]] -= L[i] @ update.T
+                subtract_product(L[at[members[i]]], L[i], update.T)
         for b in range(columns[j], columns[j + 1]):
-            L[b] = L[b] @ D[j]
+            write(L[b], product(L[b], D[j]))
     return D, L
 
 
 @compiled
 def _inverse_diagonal(D: FloatArray, L: FloatArray, columns: IntArray, members: IntArray) -> FloatArray:
-    """Blocks Z_jj (N, 3, 3) of the inverse, in the order of elimination; ``D`` (N, 3, 3) is inverse."""
-    diagonal, below = np.empty_like(D), np.zeros_like(L)
+    """Return the blocks Z_jj (N, 3, 3) of the inverse, in the order of elimination; ``D`` (N, 3, 3) is inverted."""
+    diagonal, below = np.zeros(D.shape), np.zeros(L.shape)
     at = np.zeros(len(D), np.int64)
     for j in range(len(D) - 1, -1, -1):
         begin, end = columns[j], columns[j + 1]
@@ -141,13 +156,13 @@ def _inverse_diagonal(D: FloatArray, L: FloatArray, columns: IntArray, members: 
             at[members[b]] = b
         for b in range(begin, end):
             k = members[b]
-            below[b] -= diagonal[k] @ L[b]
+            subtract_product(below[b], diagonal[k], L[b])
             for i in range(columns[k], columns[k + 1]):
                 c = at[members[i]]
                 if begin <= c < end and members[c] == members[i]:
-                    below[c] -= below[i] @ L[b]
-                    below[b] -= below[i].T @ L[c]
-        diagonal[j] = D[j]
+                    subtract_product(below[c], below[i], L[b])
+                    subtract_product(below[b], below[i].T, L[c])
+        write(diagonal[j], D[j])
         for b in range(begin, end):
-            diagonal[j] -= L[b].T @ below[b]
+            subtract_product(diagonal[j], L[b].T, below[b])
     return diagonal

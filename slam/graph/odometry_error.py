@@ -1,7 +1,7 @@
-"""Errors of the wheels, learnt from where scans told the motion: the front end only has a guess.
+"""Errors of the wheels, learnt from motions that scans measured; before that, the front end uses a guess.
 
-In a corridor odometry alone says how long it is. What the guess allows it to err, made for wheels that nobody has
-measured, would let every loop stretch the corridor.
+In a corridor only odometry measures its length. With the guess, which is large enough for unknown wheels, every loop
+would stretch the corridor.
 """
 
 from typing import Final, NamedTuple, Self
@@ -12,47 +12,47 @@ from numpy.typing import NDArray
 from slam.graph.key_scan import KeyScan
 from slam.pose import FloatArray, relative_poses, wrap_angles
 
-LEAST_STEPS: Final = 10
-"""Motions that must be known before anything is learnt from them."""
+MIN_STEPS: Final = 10
+"""Least number of motions to learn from."""
 GUESS: Final = 0.2, 0.1, 0.1
-"""Until then: standard deviations along, across, and of the heading, all for every metre ..."""
-LEAST: Final = 0.01, 0.01, 0.005
-"""... and what they are at least."""
+"""Before that: standard deviations along, across, and of the heading, per metre."""
+MIN_SIGMAS: Final = 0.01, 0.01, 0.005
+"""Lower bounds of these standard deviations."""
 TURN_WAY: Final = 0.5
 """Metres that a turn of one radian counts as."""
-LEAST_WAY: Final = 0.05
-"""Metres: of shorter motions nothing is learnt."""
+MIN_WAY: Final = 0.05
+"""Shortest motion to learn from, metres."""
 FLOOR: Final = np.array([0.003, 0.003, 0.002])
-"""Metres and radians: least standard deviations of any motion."""
+"""Least standard deviations of any motion, metres and radians."""
 SURE: Final = 1e4
-"""m^-2: information along a direction, above which the scan knows the motion better than the wheels."""
+"""Information along a direction, m^-2, above which the scan is more accurate than the wheels."""
 TO_SIGMA: Final = 1.4826
 """From the median of the absolute errors to the standard deviation of a normal distribution."""
 
 
 class OdometryError(NamedTuple):
-    """Standard deviations for every metre: along, across (m), heading (rad)."""
+    """Standard deviations per metre: along, across (m), heading (rad)."""
 
     sigmas: FloatArray
     """(3,)."""
 
     @classmethod
     def learnt(cls, keys: list[KeyScan], follows: NDArray[np.bool_]) -> Self:
-        """Learn from the motions to key scans by the wheels and as matched; robust against those that went wrong.
+        """Learn from the motions to key scans by the wheels and by matching; robust against wrong matches.
 
-        The mask (K,) is True for key scans that follow the one before them in the list.
+        The mask (K,) is True for key scans that follow the previous one in the list.
         """
         wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
-        errors, way = motion_errors(keys, follows), way_of(wheels)
-        known = np.array([is_sure(key) for key in keys], np.bool_) & (way > LEAST_WAY) & follows
-        if known.sum() < LEAST_STEPS:
+        errors, lengths = motion_errors(keys, follows), way_of(wheels)
+        known = np.array([is_sure(key) for key in keys], np.bool_) & (lengths > MIN_WAY) & follows
+        if known.sum() < MIN_STEPS:
             return cls(np.array(GUESS))
-        return cls(np.maximum(TO_SIGMA * np.median(np.abs(errors[known]) / way[known, None], axis=0), LEAST))
+        return cls(np.maximum(TO_SIGMA * np.median(np.abs(errors[known]) / lengths[known, None], axis=0), MIN_SIGMAS))
 
     def covariance(self, wheels: FloatArray, error: FloatArray) -> FloatArray:
-        """Covariance (3, 3) of one motion (3,), in the axes of its start.
+        """Return the covariance (3, 3) of one motion (3,), in the axes of its start.
 
-        Where the scan is known to contradict it, by the ``error`` (3,), it is trusted by so much less.
+        A known contradiction by the scan, ``error`` (3,), increases it accordingly.
         """
         sigmas = self.sigmas * way_of(wheels)
         along, across, turn = sigmas**2 + error**2 + FLOOR**2
@@ -69,14 +69,14 @@ class OdometryError(NamedTuple):
 
 
 def way_of(motions: FloatArray) -> FloatArray:
-    """Metres of motions (..., 3), turns counted in."""
+    """Return the lengths of motions (..., 3), metres, including turns."""
     return np.asarray(np.hypot(motions[..., 0], motions[..., 1]) + TURN_WAY * np.abs(motions[..., 2]))
 
 
 def motion_errors(keys: list[KeyScan], follows: NDArray[np.bool_]) -> FloatArray:
-    """Motion to each key scan by the wheels less that by matching, (K, 3): along, across, turned.
+    """Return the motion to each key scan by the wheels minus that by matching, (K, 3): along, across, turn.
 
-    Zero where it does not follow the one before, mask (K,).
+    Zero where it does not follow the previous one, mask (K,).
     """
     local = np.array([key.T_local_laser for key in keys]).reshape(-1, 3)
     wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
@@ -91,5 +91,5 @@ def motion_errors(keys: list[KeyScan], follows: NDArray[np.bool_]) -> FloatArray
 
 
 def is_sure(key: KeyScan) -> bool:
-    """True where the scan knew the place in every direction."""
+    """Return True if the scan constrained the pose in every direction."""
     return not key.broken and float(np.linalg.eigvalsh(key.information[:2, :2])[0]) > SURE

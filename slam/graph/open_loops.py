@@ -1,4 +1,4 @@
-"""Loops that leave a direction open, as in a corridor: along it they lie where the graph puts them."""
+"""Loops with an unconstrained direction, as in a corridor: along it the graph determines their pose."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from slam.pose import FloatArray
 
 
 def settled(loop: Loop, graph: SubmapGraph) -> Loop:
-    """The loop after the graph was solved; where it leaves no direction open, it is the same."""
+    """Return the loop after the graph was solved; without an unconstrained direction it is unchanged."""
     if not loop.ambiguous or not loop.edges:
         return loop
     other, submap = graph.submaps[loop.other], graph.submaps[loop.submap]
@@ -30,13 +30,13 @@ def settled(loop: Loop, graph: SubmapGraph) -> Loop:
 
 
 def _open_direction(loop: Loop) -> FloatArray:
-    """The direction (2,), axes of the other submap's node, of which its edges say least."""
+    """Return the direction (2,), axes of the other submap's node, that its edges constrain least."""
     information = np.sum([edge.information[:2, :2] for edge in loop.edges], axis=0)
     return np.asarray(np.linalg.eigh(information)[1][:, 0])
 
 
 def _moved(pose: FloatArray, found: FloatArray, direction: FloatArray) -> FloatArray:
-    """A pose (3,), moved along a direction (2,) to beside where it was found (3,)."""
+    """Move a pose (3,) along a direction (2,) to the point nearest to where it was found (3,)."""
     moved = pose.copy()
     moved[:2] += ((found - pose)[:2] @ direction) * direction
     return moved

@@ -1,14 +1,14 @@
-"""Evidence for places: the walls that they lay on each other, and those where the floor was seen to be free.
+"""Evidence for poses of submaps: overlapping walls, against walls on floor that was seen to be free.
 
-Compiled. A place is refined by least squares on the walls that it lays on each other. Its score is how much these fix
-it in every direction, against the metres of wall of either submap that lie where the robot of the other saw free floor.
+Compiled. A pose is refined by least squares on the overlapping walls. Its score measures how well these fix it in every
+direction, reduced by the metres of wall of either submap on the free floor of the other.
 """
 
 from typing import Final
 
 import numpy as np
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.graph.constellation import (
     ALONG_X,
     ALONG_Y,
@@ -27,24 +27,24 @@ from slam.matching.coarse_search import HEADING, PLACE_X, PLACE_Y, SCORE
 from slam.pose import FloatArray
 
 KERNELS = (0.25, 0.15, 0.1)
-"""Standard deviation of the offset of two walls that are one, metres: two rounds refine, the last one scores."""
+"""Standard deviation of the offset of two matching walls, metres: two rounds refine, the last one scores."""
 SAME_WAY: Final = 0.97
-"""Cosine between two walls that may be one: 14 degrees."""
-LEAST_OVERLAP: Final = 0.1
-"""Metres that two walls must share."""
-MOST_SIGMAS: Final = 3.0
-"""Standard deviations between two walls beyond which they are not one."""
+"""Least cosine between two matching walls: 14 degrees."""
+MIN_OVERLAP: Final = 0.1
+"""Least overlap of two matching walls, metres."""
+MAX_SIGMAS: Final = 3.0
+"""Standard deviations of the offset beyond which two walls do not match."""
 PRIOR: Final = np.array([0.1, 0.1, 1.0])
-"""Information by which a round holds x, y (metres of wall) and the heading (metres^3) where they were."""
+"""Information that holds x, y (metres of wall) and heading (metres^3) in a round."""
 SLACK: Final = 1.0
 """Metres by which the rounds may move two walls against each other."""
 CONTRADICTION: Final = 8.0
-"""Metres of contradicted wall that halve a score: doors move, and a wall that was missed lets the robot see too far."""
+"""Metres of contradicted wall that halve a score: doors move, and the robot sees too far through a missed wall."""
 
 
 @compiled
 def weigh_places(places: FloatArray, submap: Constellation, other: Constellation) -> None:
-    """Refine every place (N, 4) of a submap in another one, and score it."""
+    """Refine every pose (N, 4) of a submap in another one, and score it."""
     for k in range(len(places)):
         x, y, theta = places[k, PLACE_X], places[k, PLACE_Y], places[k, HEADING]
         pairs = _pairs(moved(submap.walls, x, y, theta), other.walls)
@@ -61,7 +61,7 @@ def weigh_places(places: FloatArray, submap: Constellation, other: Constellation
 
 @compiled
 def contradicted(place: FloatArray, submap: Constellation, other: Constellation) -> float:
-    """Metres of wall of either submap that lie on the free floor of the other at a place (4,)."""
+    """Return the metres of wall of either submap that lie on the free floor of the other at a pose (4,)."""
     x, y, theta = place[PLACE_X], place[PLACE_Y], place[HEADING]
     c, s = np.cos(theta), np.sin(theta)
     there = moved(submap.walls, x, y, theta)
@@ -71,7 +71,7 @@ def contradicted(place: FloatArray, submap: Constellation, other: Constellation)
 
 @compiled
 def _pairs(walls: FloatArray, others: FloatArray) -> IntArray:
-    """The pairs (P, 2) of walls that face the same way and lie on each other, or would within SLACK."""
+    """Return the pairs (P, 2) of walls that face the same way and overlap, or would within SLACK."""
     pairs, count = np.empty((len(walls) * len(others), 2), np.int64), 0
     for a in range(len(walls)):
         for b in range(len(others)):
@@ -91,10 +91,9 @@ def _pairs(walls: FloatArray, others: FloatArray) -> IntArray:
 def normal_equations(
     walls: FloatArray, others: FloatArray, pairs: IntArray, x: float, y: float, kernel: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Information (3, 3) and minus the gradient (3,), for a step of x, y and theta about (x, y), and metres of wall.
+    """Return information (3, 3), negative gradient (3,), for a step of x, y and theta about (x, y), and metres of wall.
 
-    They are of the pairs of walls that lie on each other, weighed by the metres that they share and by how near they
-    are.
+    They are summed over overlapping pairs of walls, weighted by their overlap and their distance.
     """
     information, gradient = np.zeros((3, 3)), np.zeros(3)
     for p in range(len(pairs)):
@@ -103,25 +102,25 @@ def normal_equations(
     return information, gradient
 
 
-@compiled
+@compiled_on_views
 def _add_pair(
     wall: FloatArray, other: FloatArray, x: float, y: float, kernel: float, information: FloatArray,
     gradient: FloatArray,
 ) -> None:  # fmt: skip
-    """Add two walls that face the same way, if they lie on each other."""
+    """Add two walls that face the same way, if they overlap."""
     ux, uy = other[ALONG_X], other[ALONG_Y]
     cosine, sine = wall[ALONG_X] * ux + wall[ALONG_Y] * uy, wall[ALONG_X] * uy - wall[ALONG_Y] * ux
     dx, dy = wall[MIDDLE_X] - other[MIDDLE_X], wall[MIDDLE_Y] - other[MIDDLE_Y]
     along, half = dx * ux + dy * uy, 0.5 * cosine * wall[LENGTH]
     begin, end = max(along - half, -0.5 * other[LENGTH]), min(along + half, 0.5 * other[LENGTH])
-    at = 0.5 * (begin + end)  # the middle of what they share, along the other
+    at = 0.5 * (begin + end)  # middle of the overlap, along the other
     offset = dy * ux - dx * uy - (at - along) * sine / cosine
-    if end - begin < LEAST_OVERLAP or abs(offset) > MOST_SIGMAS * kernel:
+    if end - begin < MIN_OVERLAP or abs(offset) > MAX_SIGMAS * kernel:
         return
     weight = (end - begin) * np.exp(-0.5 * (offset / kernel) ** 2)
     px, py = other[MIDDLE_X] + at * ux - x, other[MIDDLE_Y] + at * uy - y
     lever = px * ux + py * uy  # metres that the offset grows by with the turn
-    turning = weight * (end - begin) ** 2 / 12.0  # what the direction of so long a piece says of the turn
+    turning = weight * (end - begin) ** 2 / 12.0  # information of a piece this long about the direction
     information[0, 0] += weight * uy * uy
     information[0, 1] -= weight * uy * ux
     information[0, 2] -= weight * uy * lever
@@ -133,9 +132,9 @@ def _add_pair(
     gradient[2] -= weight * lever * offset - turning * sine
 
 
-@compiled
+@compiled_on_views
 def metres_on(walls: FloatArray, free: Floor) -> float:
-    """Metres of the walls that lie on free floor."""
+    """Return the metres of the walls on free floor."""
     metres = 0.0
     for m in range(len(walls)):
         pieces = int(np.ceil(walls[m, LENGTH] / CELL))

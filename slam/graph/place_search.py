@@ -1,8 +1,8 @@
-"""Bounded search of a place in a submap, compiled: every pose of a window gets an upper bound, few are looked at.
+"""Branch-and-bound search of a pose in a submap, compiled: all poses of a window get upper bounds, few are evaluated.
 
 The pictures of the submap are those of coarse_search.py. Pooled over blocks of pixels they give, for a heading and a
-block of places, a bound of the score that a joint scan can reach there; the blocks with the highest bounds, less what
-the prior takes off, are looked into (after Hess et al., "Real-time loop closure in 2D lidar SLAM", ICRA 2016).
+block of positions, an upper bound of the score of a joint scan; the blocks with the highest bounds, minus the cost of
+the prior, are evaluated (after Hess et al., "Real-time loop closure in 2D lidar SLAM", ICRA 2016).
 """
 
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.lines.facets import NX, NY, X, Y
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_grid import Grid
@@ -18,43 +18,44 @@ from slam.matching.coarse_search import FULL_GREY, HEADING, HEADING_STEP, PIXEL,
 from slam.pose import FloatArray
 
 BLOCK = 4  # pixels along a side of a block
-MOST_BLOCKS = 400  # that are looked into
-MIN_DISTANCE, MIN_ANGLE = 0.4, 0.1  # two places are different when they are so far apart: metres and radians
+MAX_BLOCKS = 400  # blocks that are searched
+MIN_DISTANCE, MIN_ANGLE = 0.4, 0.1  # two poses are different if they are this far apart: metres and radians
 
 
 class Window(NamedTuple):
-    """The poses that are tried."""
+    """The window of poses that are tried."""
 
     prior: FloatArray
-    """(3,), its middle."""
+    """(3,): middle of the window."""
     information: FloatArray
-    """(3, 3) of the prior, for a whole scan that counts 1: half the squared Mahalanobis distance is taken off."""
+    """(3, 3): information of the prior, relative to a whole scan that counts 1: half the squared Mahalanobis distance
+    is subtracted."""
     places: int
-    """Pixels to each side."""
+    """Half the width, pixels."""
     headings: int
-    """Steps of the heading to each side."""
+    """Half the number of headings."""
 
     @classmethod
     def about(cls, prior: FloatArray, information: FloatArray, width: float, angle: float) -> "Window":
-        """Reach so many metres and radians to each side."""
+        """Make the window with this half width, metres and radians."""
         return cls(prior, information, int(np.ceil(width / PIXEL)), int(np.ceil(angle / HEADING_STEP)))
 
 
 class Pictures(NamedTuple):
-    """A submap as find_places looks at it."""
+    """A submap in the form that find_places searches."""
 
     drawn: NDArray[np.uint8]
-    """(9, rows, columns), see coarse_search.py."""
+    """(9, rows, columns): grey values, see coarse_search.py."""
     pooled: NDArray[np.uint8]
-    """(9, BLOCK, rows, columns / BLOCK): the greatest value of the block that begins at each pixel, columns sorted by
-    their remainder, so that the blocks of a window lie side by side."""
+    """(9, BLOCK, rows, columns / BLOCK): greatest value of the block that begins at each pixel, columns sorted by their
+    remainder, so that the blocks of a window lie side by side."""
     x0: float
     """Lower left corner, metres, in the frame of the submap's map."""
     y0: float
 
 
 def draw_submap(grid: Grid, path: FloatArray, reach: float) -> Pictures:
-    """Draw what can be matched within ``reach`` of a path (K, 3)."""
+    """Draw everything within ``reach`` of a path (K, 3)."""
     low, high = path[:, :2].min(axis=0) - reach, path[:, :2].max(axis=0) + reach
     size = int(np.ceil((high - low).max() / PIXEL)) + BLOCK
     drawn = draw(grid, float(low[0]), float(low[1]), size)
@@ -64,7 +65,7 @@ def draw_submap(grid: Grid, path: FloatArray, reach: float) -> Pictures:
 def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: float, most: int) -> FloatArray:
     """Find up to ``most`` different poses, (N, 4), the best first.
 
-    At least the share ``least`` of the facets (F, 7) lies on walls at each. SCORE is that share less the cost of the
+    At each, at least the share ``least`` of the facets (F, 7) lies on walls. SCORE is that share minus the cost of the
     prior.
     """
     blocks = (2 * window.places + BLOCK) // BLOCK
@@ -77,7 +78,10 @@ def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: f
 
 
 def _pooled(pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the greatest value of the block that begins at each pixel, see Pictures; far borders have less."""
+    """Return the greatest value of the block that begins at each pixel, see Pictures.
+
+    Blocks at the far borders are smaller.
+    """
     layers, rows, columns = pictures.shape
     wide, high = columns - BLOCK + 1, rows - BLOCK + 1
     along = pictures.copy()
@@ -92,7 +96,7 @@ def _pooled(pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @compiled
 def _shifts(facets: FloatArray, window: Window, x0: float, y0: float) -> IntArray:
-    """Picture, row and column (A, F, 3) where each facet lies for every heading, at the first place of the window."""
+    """Return picture, row and column (A, F, 3) of each facet for every heading, at the first position of the window."""
     headings = 2 * window.headings + 1
     shifts = np.empty((headings, len(facets), 3), np.int64)
     for a in range(headings):
@@ -109,7 +113,7 @@ def _shifts(facets: FloatArray, window: Window, x0: float, y0: float) -> IntArra
 
 @compiled
 def _bounds(shifts: IntArray, pictures: Pictures, blocks: int) -> NDArray[np.uint16]:
-    """Upper bound of the grey values for every heading and block of places, (A, blocks, blocks)."""
+    """Return the upper bound of the grey values for every heading and block of positions, (A, blocks, blocks)."""
     bounds = np.zeros((len(shifts), blocks, blocks), np.uint16)
     _, rows, columns = pictures.drawn.shape
     for a in range(len(shifts)):
@@ -124,17 +128,17 @@ def _bounds(shifts: IntArray, pictures: Pictures, blocks: int) -> NDArray[np.uin
     return bounds
 
 
-@compiled
+@compiled_on_views
 def _add_to(sums: NDArray[np.uint16], line: NDArray[np.uint8]) -> None:
     for k in range(len(sums)):
         sums[k] += line[k]
 
 
-@compiled
+@compiled_on_views
 def _inside(first: int, size: int, blocks: int) -> tuple[int, int]:
-    """The blocks that begin inside of the picture, when the first begins at this pixel.
+    """Return the blocks that begin inside the picture, if the first begins at this pixel.
 
-    Those before it count as far as they reach into it.
+    Blocks before it count as far as they overlap the picture.
     """
     low = 0 if first >= 0 else (-first + BLOCK - 1) // BLOCK
     high = min(blocks, (size - 1 - first) // BLOCK + 1)
@@ -143,7 +147,7 @@ def _inside(first: int, size: int, blocks: int) -> tuple[int, int]:
 
 @compiled
 def _scores(bounds: NDArray[np.uint16], window: Window, facets: int, least: float) -> FloatArray:
-    """Return the bounds of the shares, less the cost of the prior in the middle of each block; -1e9 below ``least``."""
+    """Return the upper bounds of the scores of all blocks; -1e9 below ``least``."""
     scores = np.empty(bounds.size)
     angles, blocks, _ = bounds.shape
     k = 0
@@ -161,8 +165,8 @@ def _scores(bounds: NDArray[np.uint16], window: Window, facets: int, least: floa
 
 
 def _highest(scores: FloatArray) -> IntArray:
-    """Return the numbers of the blocks with the highest scores."""
-    kept = min(MOST_BLOCKS, len(scores) - 1)
+    """Return the indices of the blocks with the highest scores."""
+    kept = min(MAX_BLOCKS, len(scores) - 1)
     threshold = np.partition(scores, len(scores) - 1 - kept)[len(scores) - 1 - kept]
     return np.flatnonzero((scores > threshold) & (scores > -1e9))
 
@@ -171,16 +175,16 @@ def _highest(scores: FloatArray) -> IntArray:
 def _best_of_blocks(
     chosen: IntArray, blocks: int, shifts: IntArray, pictures: NDArray[np.uint8], window: Window
 ) -> tuple[FloatArray, FloatArray]:
-    """The best place of each block (N, 4), and the share of the facets on walls there (N,)."""
+    """Return the best pose of each block (N, 4), and the share of the facets on walls there (N,)."""
     places, shares = np.empty((len(chosen), 4)), np.empty(len(chosen))
     for b in range(len(chosen)):
         shares[b] = _best_of_block(chosen[b], blocks, shifts, pictures, window, places[b])
     return places, shares
 
 
-@compiled
+@compiled_on_views
 def _cost(dx: float, dy: float, turn: float, window: Window) -> float:
-    """Half the squared Mahalanobis distance from the prior."""
+    """Return half the squared Mahalanobis distance from the prior."""
     L = window.information
     by_place = L[0, 0] * dx * dx + 2.0 * L[0, 1] * dx * dy + L[1, 1] * dy * dy
     return float(0.5 * (by_place + turn * (2.0 * L[0, 2] * dx + 2.0 * L[1, 2] * dy + L[2, 2] * turn)))
@@ -190,7 +194,7 @@ def _cost(dx: float, dy: float, turn: float, window: Window) -> float:
 def _best_of_block(
     block: int, blocks: int, shifts: IntArray, pictures: NDArray[np.uint8], window: Window, place: FloatArray
 ) -> float:
-    """Write the best place (4,) of a block; returns the share of the facets on walls there."""
+    """Write the best pose (4,) of a block; return the share of the facets on walls there."""
     a, first_i, first_j = block // (blocks * blocks), block // blocks % blocks * BLOCK, block % blocks * BLOCK
     turn, facets = (a - window.headings) * HEADING_STEP, shifts.shape[1]
     _, rows, columns = pictures.shape
@@ -214,7 +218,7 @@ def _best_of_block(
 
 @compiled
 def _distinct(places: FloatArray, shares: FloatArray, least: float, most: int) -> FloatArray:
-    """The places (N, 4), which come the best first, without those near a better one; ``most`` at most."""
+    """Return the poses (N, 4), sorted by score, without those near a better one; ``most`` at most."""
     chosen, count = np.empty((most, 4)), 0
     for k in range(len(places)):
         alone = shares[k] >= least and count < most

@@ -1,9 +1,9 @@
-"""The pose graph: nodes in the plane, what is known between them, and the poses that bear it out best.
+"""The pose graph: nodes in the plane, measured edges between them, and the poses that fit them best.
 
-The residual of an edge is that of Olson and of g2o's SE2: e = T_first_second^-1 (estimated) less the measured one, in
+The residual of an edge is that of Olson and of g2o's SE2: e = T_first_second^-1 (estimated) minus the measured one, in
 the axes of the first node. Edges of loops are robust, with the kernel of Geman and McClure, w = (c / (c + chi^2))^2,
-which starts as wide as the worst of them asks and shrinks to c (graduated non-convexity, Yang et al., RA-L 2020): so a
-wrong loop among right ones loses its say whatever the start.
+which starts as wide as the worst edge needs and shrinks to c (graduated non-convexity, Yang et al., RA-L 2020): so a
+wrong loop among correct ones loses its weight for any start.
 """
 
 from collections.abc import Iterable
@@ -12,32 +12,33 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, wrap_angles
+from slam.small_matrices import product, times
 
-if TYPE_CHECKING:  # it takes long to load, and only what solves a graph needs it
+if TYPE_CHECKING:  # here, as it takes long to load, and only the solver needs it
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import SuperLU
 
 NO_LOOP: Final = -1
-"""Number of the loop of an edge that belongs to none ..."""
+"""Loop number of an edge that belongs to no loop."""
 BREAK: Final = -2
-"""... and of one over a place where the front end lost its way: it is as robust as a loop's."""
+"""Loop number of an edge over a break of the front end, which is as robust as one of a loop."""
 SHRINK: Final = 3.0
-"""The kernel shrinks by this factor from one iteration to the next."""
+"""Factor by which the kernel shrinks from one iteration to the next."""
 MAX_ITERATIONS: Final = 40
 
 
 class Edge(NamedTuple):
-    """Measured pose of one node as seen from another."""
+    """Measured pose of one node relative to another."""
 
     first: int
     second: int
     measured: FloatArray
     """T_first_second (3,)."""
     information: FloatArray
-    """(3, 3), in the axes of the first node."""
+    """(3, 3): information, in the axes of the first node."""
     loop: int = NO_LOOP
     """Number of the loop that it belongs to."""
 
@@ -46,14 +47,14 @@ class Edges(NamedTuple):
     """E edges as arrays."""
 
     first: IntArray
-    """(E,) numbers of nodes."""
+    """(E,): indices of the nodes."""
     second: IntArray
     measured: FloatArray
     """(E, 3): T_first_second."""
     information: FloatArray
-    """(E, 3, 3), in the axes of the first node."""
+    """(E, 3, 3): information, in the axes of the first node."""
     loop: IntArray
-    """(E,) number of the loop that an edge belongs to, NO_LOOP for none; those of loops are robust."""
+    """(E,): loop number of each edge, NO_LOOP for none; edges of loops are robust."""
 
     @classmethod
     def of(cls, edges: Iterable[Edge]) -> Self:
@@ -69,13 +70,13 @@ class Edges(NamedTuple):
 
     @property
     def robust(self) -> NDArray[np.bool_]:
-        """True for the edges of loops and over breaks, (E,)."""
+        """Return True for the edges of loops and over breaks, (E,)."""
         return np.asarray(self.loop != NO_LOOP)
 
     def settled(self, weights: FloatArray) -> tuple[Self, FloatArray]:
-        """These edges, with those over breaks as ordinary ones, and all weights.
+        """Return these edges, with those over breaks as ordinary ones, and all weights.
 
-        Edges over breaks are as sure as their weights (E,) left them.
+        The information of edges over breaks is multiplied by their weights (E,).
         """
         breaks = self.loop == BREAK
         information = self.information * np.where(breaks, weights, 1.0)[:, None, None]
@@ -87,16 +88,16 @@ class Solution(NamedTuple):
     """Poses that fit the edges best."""
 
     poses: FloatArray
-    """(N, 3)."""
+    """(N, 3): poses of the nodes."""
     weights: FloatArray
-    """(E,): 1 for an edge that is no loop's, and 0 to 1 for how far a loop's is believed."""
+    """(E,): weight of each edge, 1 for those of no loop, else 0 to 1."""
     iterations: int
 
 
 def solve_graph(poses: FloatArray, edges: Edges, kernel: float, tolerance: float = 1e-5) -> Solution:
-    """Gauss-Newton from these poses (N, 3) of which the first stays where it is.
+    """Solve by Gauss-Newton from these poses (N, 3); the first is fixed.
 
-    Chi^2 of loops is judged by ``kernel``. A step below ``tolerance``, metres and radians, is the last.
+    ``kernel`` is the scale of the loops' chi^2. The iteration ends at a step below ``tolerance``, metres and radians.
     """
     poses, robust = poses.copy(), edges.robust
     chi_squared = squared_errors(poses, edges)
@@ -115,12 +116,12 @@ def solve_graph(poses: FloatArray, edges: Edges, kernel: float, tolerance: float
 
 
 def robust_weights(chi_squared: FloatArray, robust: NDArray[np.bool_], kernel: float) -> FloatArray:
-    """Weight of every edge (E,): that of Geman and McClure for the robust ones, else 1."""
+    """Return the weight of every edge (E,): that of Geman and McClure for the robust ones, else 1."""
     return np.where(robust, (kernel / (kernel + chi_squared)) ** 2, 1.0)
 
 
 def linear_system(poses: FloatArray, edges: Edges, weights: FloatArray) -> tuple["csc_matrix", FloatArray]:
-    """Information matrix (3N, 3N) and gradient (3N,) of half the weighted sum of squares at these poses."""
+    """Return the information matrix (3N, 3N) and the gradient (3N,) of half the weighted sum of squares."""
     from scipy.sparse import csc_matrix
 
     size = 3 * len(poses)
@@ -131,7 +132,7 @@ def linear_system(poses: FloatArray, edges: Edges, weights: FloatArray) -> tuple
 
 
 def factorize(H: "csc_matrix") -> "SuperLU":
-    """Sparse factors of a symmetric positive definite matrix."""
+    """Factorise a symmetric positive definite matrix."""
     from scipy.sparse.linalg import splu
 
     options = {"SymmetricMode": True}
@@ -139,13 +140,13 @@ def factorize(H: "csc_matrix") -> "SuperLU":
 
 
 def squared_errors(poses: FloatArray, edges: Edges) -> FloatArray:
-    """chi^2 of every edge (E,)."""
+    """Return chi^2 of every edge (E,)."""
     return _squared_errors(poses, edges.first, edges.second, edges.measured, edges.information)
 
 
-@compiled
+@compiled_on_views
 def _residual(first: FloatArray, second: FloatArray, measured: FloatArray, e: FloatArray) -> tuple[float, float]:
-    """Write the residual (3,) of an edge; returns the second node's place in the axes of the first."""
+    """Write the residual (3,) of an edge; return the second node's position in the axes of the first."""
     c, s = np.cos(first[2]), np.sin(first[2])
     dx, dy = second[0] - first[0], second[1] - first[1]
     x, y = c * dx + s * dy, c * dy - s * dx
@@ -173,7 +174,10 @@ def _normal_equations(
     poses: FloatArray, first: IntArray, second: IntArray, measured: FloatArray, information: FloatArray,
     weights: FloatArray,
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:  # fmt: skip
-    """Rows, columns and values (36 E,) of the information matrix, whose duplicates add up, and the gradient (3N,)."""
+    """Return rows, columns, values (36 E,) of the information matrix, and the gradient (3N,).
+
+    Values with equal row and column add up.
+    """
     count = len(first)
     rows, columns = np.empty(36 * count, np.int64), np.empty(36 * count, np.int64)
     values, gradient = np.empty(36 * count), np.zeros(3 * len(poses))
@@ -181,22 +185,24 @@ def _normal_equations(
     for k in range(count):
         x, y = _residual(poses[first[k]], poses[second[k]], measured[k], e)
         _fill_jacobian(poses[first[k], 2], x, y, J)
-        W = weights[k] * information[k]
-        JtW = J.T @ W
-        block, force = JtW @ J, JtW @ e
+        JtW = product(J.T, information[k])
+        block, force = product(JtW, J), times(JtW, e)
         for i in range(3):
             at[i], at[3 + i] = 3 * first[k] + i, 3 * second[k] + i
         for i in range(6):
-            gradient[at[i]] += force[i]
+            gradient[at[i]] += weights[k] * force[i]
             for j in range(6):
                 n = 36 * k + 6 * i + j
-                rows[n], columns[n], values[n] = at[i], at[j], block[i, j]
+                rows[n], columns[n], values[n] = at[i], at[j], weights[k] * block[i, j]
     return rows, columns, values, gradient
 
 
-@compiled
+@compiled_on_views
 def _fill_jacobian(heading: float, x: float, y: float, J: FloatArray) -> None:
-    """Derivatives (3, 6) of a residual by the poses of its two nodes; (x, y) is the second's place in the first."""
+    """Return the derivatives (3, 6) of a residual by the poses of its two nodes.
+
+    (x, y) is the second's position in the first.
+    """
     c, s = np.cos(heading), np.sin(heading)
     J[0, 0], J[0, 1], J[0, 2] = -c, -s, y
     J[1, 0], J[1, 1], J[1, 2] = s, -c, -x

@@ -1,9 +1,9 @@
-"""Pruning: submaps of a place that is known already leave the graph, so that it grows with the area and not with time.
+"""Pruning: redundant submaps are removed, so that the graph grows with the area and not with time.
 
-A submap is redundant where it was found in earlier ones, its key scans agree with these nearly as well as with itself,
-and each of them was taken where earlier ones were taken too, looking the same way: a place that has changed since is
-kept. What it says of the submaps around it stays as ties
-between them, and a few of its scans as anchors that ride on the surest of those in which it was found.
+A submap is redundant if it was found in earlier ones, its key scans agree with these nearly as well as with itself, and
+earlier key scans were taken near each of them with a similar heading; a place that has changed is kept. Its edges are
+replaced by ties between the neighbouring submaps, and a few of its scans become anchors, attached to the most certain
+of the submaps in which it was found.
 """
 
 from collections.abc import Iterable
@@ -21,21 +21,22 @@ from slam.graph.submap_graph import Left, SubmapGraph
 from slam.pose import FloatArray, wrap_angles
 
 DELAY: Final = 3
-"""Submaps that are finished after one before it is judged: the next ones may be found in it, or doubt its loops."""
+"""Number of submaps finished after one before it is judged: the next ones may be found in it, or contradict its
+loops."""
 BELIEVED: Final = 0.5
-"""Weight of a loop, from which on it counts."""
+"""Least weight of a loop that counts."""
 NEAR, TURNED = 1.0, np.radians(30.0)
-"""Metres and radians within which a key scan sees what another one saw ..."""
+"""Largest distance and heading difference, metres and radians, of two key scans that see the same."""
 ENOUGH: Final = 6
-"""... and how many such ones make it redundant: what is driven twice alone is kept."""
-LEAST_AGREEING: Final = 0.8
-"""Share of the key scans of a submap that must agree with those in which it was found ..."""
+"""Number of such key scans that make another one redundant; places that were driven only twice are kept."""
+MIN_AGREEING: Final = 0.8
+"""Least share of the key scans of a submap that agree with those in which it was found."""
 UNCHANGED: Final = 0.8
-"""... and how well in one of them, of how well they do with their own: mean shares of the facets."""
+"""Least agreement in one of them, relative to that in their own submap: mean shares of the facets."""
 
 
 class Pruning:
-    """Takes submaps out of a graph that add nothing to it."""
+    """Removes redundant submaps from a graph."""
 
     def __init__(self, graph: SubmapGraph, condensed: CondensedGraph) -> None:
         self.anchors = Anchors()
@@ -43,9 +44,9 @@ class Pruning:
         self._redundant: set[int] = set()
 
     def prune(self, finished: int) -> Left | None:
-        """Judge the submaps before one that was finished last; returns what is left where one was taken out.
+        """Judge the submaps before the last finished one; return what is left if one was removed.
 
-        Neighbours have half of their key scans in common, so that those of one that stands alone would stay: it does.
+        Neighbours share half of their key scans, so that only every other submap would stay.
         """
         number = finished - DELAY
         if self._is_redundant(number + 1):
@@ -64,9 +65,9 @@ class Pruning:
         return self._is_found(submap) and self._is_covered(submap)
 
     def _is_found(self, submap: Submap) -> bool:
-        """True where a submap and its key scans agree with earlier ones.
+        """Return True if a submap and its key scans agree with earlier ones.
 
-        Loops tell, those of other submaps that share the key scans too.
+        Loops show it, including those of other submaps with the same key scans.
         """
         graph, number = self._graph, submap.number
         weights = self._condensed.weights.tolist()
@@ -76,10 +77,10 @@ class Pruning:
             return False
         beside = [loop for loop in loops if abs(loop.submap - number) <= 1]
         agreeing = {graph.number_of(edge.second) for loop in beside for edge in loop.edges}
-        return len(agreeing.intersection(submap.keys)) >= LEAST_AGREEING * len(submap.keys)
+        return len(agreeing.intersection(submap.keys)) >= MIN_AGREEING * len(submap.keys)
 
     def _is_covered(self, submap: Submap) -> bool:
-        """True where every key scan of a submap lies near enough others of earlier submaps."""
+        """Return True if every key scan of a submap is near enough others of earlier submaps."""
         graph = self._graph
         earlier = [k for k in range(submap.keys[0]) if max(graph.keys[k].submaps) < submap.number - 1]
         own, others = self._poses(submap.keys), self._poses(earlier)
@@ -92,7 +93,7 @@ class Pruning:
         return np.array([self._graph.poses[self._graph.key_nodes[number]] for number in keys]).reshape(-1, 3)
 
     def _take_out(self, number: int) -> Left | None:
-        """Leave ties and anchors for a submap, and remove it."""
+        """Replace a submap by ties and anchors, and remove it."""
         graph = self._graph
         edges = _from(number, self._condensed.edges_of(number))
         earlier = [edge for edge in edges if edge.second < number - DELAY]
@@ -107,9 +108,9 @@ class Pruning:
         return left
 
     def _anchor(self, submap: Submap, other: Submap) -> None:
-        """Keep the places of the first and the last of the key scans that leave with a submap.
+        """Keep the poses of the first and the last of the key scans that are removed with a submap.
 
-        Between the two the others move together.
+        Between the two the others are interpolated.
         """
         graph = self._graph
         leaving = [number for number in submap.keys if graph.keys[number].submaps == (submap.number,)]
@@ -120,7 +121,7 @@ class Pruning:
 
 
 def _from(number: int, edges: Iterable[Edge]) -> list[Edge]:
-    """The edges of a submap as seen from it, one for each other submap."""
+    """Return the edges of a submap relative to it, one for each other submap."""
     seen: dict[int, Edge] = {}
     for edge in edges:
         edge = edge if edge.first == number else turned_round(edge)
@@ -129,10 +130,10 @@ def _from(number: int, edges: Iterable[Edge]) -> list[Edge]:
 
 
 def _star(surest: Edge, edges: Iterable[Edge]) -> list[Edge]:
-    """Edges from the submap at the end of one of the edges of a node to those at the ends of the others.
+    """Return edges from the submap at the end of one of the edges of a node to those at the ends of the others.
 
-    They stand for what the node that is taken out said of its neighbours: right for each of them as seen from that one,
-    and careful for two others.
+    They replace the removed node: exact for each of its neighbours relative to that one, and conservative for two
+    others.
     """
     back = turned_round(surest)
     ties = [joined(back, edge) for edge in edges if edge.second != surest.second]

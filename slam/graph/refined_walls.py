@@ -1,4 +1,4 @@
-"""The walls of a building as the refinement leaves them, and how sure they are."""
+"""The walls of a building after the refinement, with their uncertainty."""
 
 from typing import NamedTuple
 
@@ -14,20 +14,21 @@ class RefinedWalls(NamedTuple):
     """M walls, map frame."""
 
     ends: FloatArray
-    """(M, 2, 2): [wall, start or end, x or y], metres, the sensor to the left: the outermost facets that see the wall,
-    between which there may be doors."""
+    """(M, 2, 2): [wall, start or end, x or y], metres, the sensor to the left: ends of the outermost facets that see
+    the wall; there may be doors between."""
     covariance: FloatArray
-    """(M, 2, 2) of a wall's offset at its middle and of its direction, where the poses are known; m^2, m rad, rad^2."""
+    """(M, 2, 2): covariance of a wall's offset at its middle and of its direction, given the poses; m^2, m rad,
+    rad^2."""
     rms: FloatArray
-    """(M,): root mean square of the residuals, by their weights, metres."""
+    """(M,): weighted root mean square of the residuals, metres."""
     scans: IntArray
-    """(M,): how many key scans see it."""
+    """(M,): number of key scans that see the wall."""
     anchor: IntArray
-    """(M,): the node of the key scan that tells most of it."""
+    """(M,): node of the key scan with the most information about it."""
 
 
 def refined_walls(sights: Sights, walls: FoundWalls, equations: WallEquations, T_map_local: FloatArray) -> RefinedWalls:
-    """The walls of sights in the frame ``local``, which is at this pose (3,) in the map."""
+    """Transform the walls of sights in the frame ``local`` by this pose (3,) in the map."""
     spans = wall_spans(sights.points, walls.lines, walls.sights, walls.begins)
     nx, ny, x, y = walls.lines.T
     ends = np.column_stack([x, y])[:, None] + spans[:, :, None] * np.column_stack([-ny, nx])[:, None]
@@ -41,12 +42,12 @@ def refined_walls(sights: Sights, walls: FoundWalls, equations: WallEquations, T
 
 
 def wall_covariances(walls: RefinedWalls, poses: FloatArray, covariances: FloatArray) -> FloatArray:
-    """Covariances (M, 2, 2) of the walls' offsets and directions in the map frame.
+    """Return the covariances (M, 2, 2) of the walls' offsets and directions in the map frame.
 
     The poses (N, 3) have the covariances (N, 3, 3).
 
-    A wall has the error of its anchor, and that which it has where the poses are known. What other scans see of it
-    holds the two together, which is left out: the result is rather too large.
+    A wall has the error of its anchor, plus its own given the poses. Other scans of the wall correlate the two, which
+    is ignored: the result is rather too large.
     """
     along = walls.ends[:, 1] - walls.ends[:, 0]
     tx, ty = (along / np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-12)[:, None]).T
@@ -58,7 +59,7 @@ def wall_covariances(walls: RefinedWalls, poses: FloatArray, covariances: FloatA
 
 
 def _anchors(equations: WallEquations) -> IntArray:
-    """Node of the pair of each wall that has the most weight, (M,)."""
+    """Return the node of the pair of each wall that has the most weight, (M,)."""
     weight = np.hypot(equations.coupling[:, 0, 0], equations.coupling[:, 1, 0])
     wall = np.repeat(np.arange(len(equations.begins) - 1), np.diff(equations.begins))
     best_first = np.lexsort((-weight, wall))

@@ -1,4 +1,4 @@
-"""The graph of a run as it was solved last: what is kept of it beside the map, and what is known of its loops."""
+"""The graph of a run at its last solution, in the form that is saved beside the map."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,36 +15,36 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, inverse_poses
 
 BELIEVED: Final = 0.5
-"""Weight above which a loop is believed."""
+"""Weight above which a loop is accepted."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunGraph:
-    """Nodes, what is known between them, and the loops; poses are of the laser, map frame."""
+    """Nodes, edges and loops; poses are of the laser, map frame."""
 
     T_base_laser: FloatArray
-    """(3,)."""
+    """(3,): mount of the laser."""
     nodes: FloatArray
-    """(N, 3): the poses of all nodes; the first stays where it is."""
+    """(N, 3): poses of all nodes; the first is fixed."""
     key_nodes: IntArray
-    """(K,): the node of each key scan, ..."""
+    """(K,): node of each key scan."""
     scans: IntArray
-    """... the number of its scan in the run (K,), below zero where it is one of an earlier run, ..."""
+    """(K,): index of its scan in the run, below zero for an earlier run."""
     key_submaps: tuple[tuple[int, ...], ...]
-    """... the numbers of the submaps that it was written into, the one that it was matched to first, ..."""
+    """Numbers of the submaps that each key scan was added to; the first is the one that it was matched to."""
     covariances: FloatArray
-    """... and the covariance (K, 3, 3) of its pose."""
+    """(K, 3, 3): covariance of its pose."""
     submaps: tuple[Submap, ...]
     edges: Edges
     edge_weights: FloatArray
-    """(E,): 1, or how far an edge of a loop is believed."""
+    """(E,): weight of each edge; 1 for those of no loop."""
     loops: tuple[Loop, ...]
     weights: FloatArray
-    """(L,): how far each loop is believed, 0 to 1."""
+    """(L,): weight of each loop, 0 to 1."""
 
     @classmethod
     def of(cls, closed: ClosedRun) -> Self:
-        """The graph of a run that is over."""
+        """Return the graph of a finished run."""
         return cls(
             closed.T_base_laser, closed.nodes, closed.key_nodes, closed.indices,
             tuple(key.submaps for key in closed.keys), closed.covariances, closed.submaps, closed.edges,
@@ -58,23 +58,23 @@ class RunGraph:
 
     @property
     def believed(self) -> NDArray[np.bool_]:
-        """True for the loops that are believed, (L,)."""
+        """Mask of the accepted loops, (L,)."""
         return np.asarray(self.weights > BELIEVED)
 
     @property
     def chi_squared(self) -> FloatArray:
-        """chi^2 of every edge (E,), not weighed."""
+        """Return chi^2 of every edge (E,), unweighted."""
         return squared_errors(self.nodes, self.edges)
 
     @cached_property
     def loop_scans(self) -> IntArray:
-        """Numbers of two scans of each loop, (L, 2): where a place was seen again, and where it was seen before."""
+        """Return scan indices of each loop, (L, 2): where a place was seen again, and where it was seen before."""
         return np.asarray(self.scans[self._loop_keys])
 
     def loop_ends(self, poses: FloatArray) -> FloatArray:
-        """The two places of each loop (L, 2, 2) by the poses of the base (S, 3) with the scans of the run.
+        """Return the two positions of each loop (L, 2, 2) by the poses of the base (S, 3) at the scans of the run.
 
-        For scans of an earlier run or behind a damaged line they are as the graph has them.
+        Scans of an earlier run or behind a damaged line have their positions in the graph.
         """
         known = compose_poses(self.poses, inverse_poses(self.T_base_laser)[None].repeat(len(self.poses), axis=0))
         own = (self.scans >= 0) & (self.scans < len(poses))

@@ -1,4 +1,4 @@
-"""Submaps: stretches of key scans that were matched to one map, and these maps, made again when they are asked for."""
+"""Submaps: consecutive key scans that were matched to one map, and these maps, rebuilt on request."""
 
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -15,54 +15,54 @@ from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, Pose2D
 
 REACH: Final = 15.0
-"""Metres: what is farther from the path takes no part in the search."""
+"""Distance from the path, metres, beyond which nothing takes part in the search."""
 KEPT: Final = 16
-"""Maps of submaps that are kept; others are made again from their key scans."""
+"""Number of maps of submaps kept in memory; others are rebuilt from their key scans."""
 
 
 @dataclass(slots=True, eq=False)
 class Submap:
-    """A stretch of key scans, which do not move against each other when the graph of submaps is solved."""
+    """Consecutive key scans, which move as one rigid body when the graph of submaps is solved."""
 
     number: int
     node: int
     T_local_submap: FloatArray
-    """(3,): the pose of its first key scan."""
+    """(3,): pose of its first key scan."""
     broken: bool
-    """True where odometry alone joins it to the submap before."""
+    """True if only odometry connects it to the previous submap."""
     keys: list[int] = field(default_factory=list)
-    """Numbers of its key scans."""
+    """Indices of its key scans."""
     path: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
     """Poses of its key scans (K, 3) in its frame ``local``, once it is finished."""
 
     middle: FloatArray = field(default_factory=lambda: np.zeros(2))
-    """(2,): the mean place of its path ..."""
+    """(2,): mean position of its path."""
     radius: float = 0.0
-    """... and how far it goes from there, metres."""
+    """Largest distance of its path from there, metres."""
 
     def finish(self, keys: Sequence[KeyScan]) -> None:
-        """No key scan is added any more."""
+        """True once it is complete."""
         self.path = np.array([keys[number].T_local_laser for number in self.keys])
         self.middle = self.path[:, :2].mean(axis=0)
         self.radius = float(np.hypot(*(self.path[:, :2] - self.middle).T).max())
 
 
 class SubmapMap(NamedTuple):
-    """The map of a submap, in the frame ``local`` of its key scans."""
+    """Build the map of a submap, in the frame ``local`` of its key scans."""
 
     grid: Grid
     pictures: Pictures
 
 
 class SubmapMaps:
-    """The maps of submaps to which nothing is added any more."""
+    """The maps of finished submaps."""
 
     def __init__(self, config: SurfelMapConfig, keys: Sequence[KeyScan]) -> None:
         self._config, self._keys = config, keys
         self._kept: OrderedDict[int, SubmapMap] = OrderedDict()
 
     def of(self, submap: Submap) -> SubmapMap:
-        """The map of a submap, made now where it is not kept."""
+        """Return the map of a submap, rebuilt if it is not in memory."""
         found = self._kept.pop(submap.number, None) or self._made(submap)
         self._kept[submap.number] = found
         if len(self._kept) > KEPT:

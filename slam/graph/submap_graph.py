@@ -1,4 +1,4 @@
-"""The graph as it grows: nodes of key scans and submaps, and what joins them."""
+"""The growing graph: nodes of key scans and submaps, and the edges between them."""
 
 from dataclasses import replace
 from typing import Final, NamedTuple
@@ -16,25 +16,25 @@ from slam.graph.submap import Submap
 from slam.pose import FloatArray, compose_poses
 
 CORRELATION: Final = 4.0
-"""Errors of neighbouring facets are alike: the information of a match is divided by this."""
+"""Errors of neighbouring facets are correlated: the information of a match is divided by this."""
 SUBMAP_SIGMAS: Final = np.array([0.005, 0.005, 0.002])
-"""Metres and radians to which a scan can be matched to its own submap at best ..."""
+"""Best accuracy of a match of a scan to its own submap, metres and radians."""
 LOOP_SIGMAS: Final = np.array([0.02, 0.02, 0.005])
-"""... and to another one, whose own errors come in."""
+"""Best accuracy of a match to another submap, whose own errors add."""
 ORIGIN_SHARE: Final = 0.1
-"""Share of the first variance: the key scan with which a submap begins is its origin."""
+"""Share of the first variance: the first key scan of a submap is its origin."""
 BREAK_SIGMAS: Final = np.array([0.1, 0.1, 0.1])
-"""Beyond those of odometry, where the front end broke: metres and radians."""
+"""Standard deviations over a break of the front end, in addition to those of odometry: metres and radians."""
 START_SIGMAS: Final = np.array([0.05, 0.05, 0.02])
-"""Standard deviations of the place in the map of an earlier run at which this one begins: metres, radians."""
-LEAST_INFORMATION: Final = 1e-9
+"""Standard deviations of the start pose in the map of an earlier run: metres, radians."""
+MIN_INFORMATION: Final = 1e-9
 FORGOTTEN: Final = np.array([0.01, 0.01, 0.002])
-"""Metres and radians by which a tie is known less well when the same is known again: many rounds do not make it surer
-without bound, since the errors of the map are in all of them."""
+"""Standard deviations, metres and radians, added to a tie when it is measured again: many rounds do not reduce its
+uncertainty without bound, as the errors of the map are in all of them."""
 
 
 class Left(NamedTuple):
-    """Numbers that were left when submaps were taken out, in ascending order."""
+    """Indices of what was kept when submaps were removed, in ascending order."""
 
     keys: list[int]
     loops: list[int]
@@ -51,24 +51,24 @@ class SubmapGraph:
         self.loops: list[Loop] = []
         self.poses: list[FloatArray] = []
         self.ties: dict[tuple[int, int], Edge] = {}
-        """Edges between submaps by way of others that are no longer here, by the numbers of the two."""
+        """Edges between submaps by way of removed ones, by the numbers of the two."""
         self.taken = 0
-        """Key scans that were added until now, those counted that are no longer here."""
+        """Number of key scans that were added, including removed ones."""
         self._number_of: dict[int, int] = {}
-        self._follows: list[bool] = []  # the key scan before it in the list is the one that was taken before it
+        self._follows: list[bool] = []  # the previous key scan in the list was also taken just before it
         if known is not None:
             self._begin_with(known)
 
     def correction(self, submap: Submap) -> FloatArray:
-        """``T_map_local`` (3,) as this submap has it."""
+        """Return ``T_map_local`` (3,) at this submap."""
         return undone(self.poses[submap.node], submap.T_local_submap)
 
     def number_of(self, node: int) -> int:
-        """The number of the key scan of a node."""
+        """Return the index of the key scan of a node."""
         return self._number_of[node]
 
     def key_poses(self) -> FloatArray:
-        """The poses of all key scans (K, 3)."""
+        """Return the poses of all key scans (K, 3)."""
         return np.array([self.poses[node] for node in self.key_nodes]).reshape(-1, 3)
 
     def add(self, key: KeyScan) -> None:
@@ -78,7 +78,7 @@ class SubmapGraph:
         self.taken += 1
         self._follows.append(not anew)
         self.keys.append(key)
-        self.key_nodes.append(self._new_node(pose))  # the first of all stays where it is
+        self.key_nodes.append(self._new_node(pose))  # the first of all is fixed
         self._number_of[self.key_nodes[number]] = number
         for name in key.submaps:
             if name not in self.submaps:
@@ -90,7 +90,7 @@ class SubmapGraph:
             self._join_to_nearest(self.submaps[key.submaps[0]])
 
     def begins_with(self, key: KeyScan) -> bool:
-        """True for the first key scan of this run: those before it, if any, are of an earlier one."""
+        """Return True for the first key scan of this run; those before it are of an earlier one."""
         return not self.keys or (self.keys[-1].index < 0 <= key.index)
 
     def add_loop(self, loop: Loop) -> None:
@@ -104,14 +104,14 @@ class SubmapGraph:
         self.ties[at] = fused(worn(self.ties[at], FORGOTTEN), tie) if at in self.ties else tie
 
     def tie_edges(self) -> list[Edge]:
-        """The ties, between the nodes of their submaps."""
+        """Return the ties as edges between the nodes of their submaps."""
         node = {number: submap.node for number, submap in self.submaps.items()}
         return [tie._replace(first=node[tie.first], second=node[tie.second]) for tie in self.ties.values()]
 
     def remove(self, gone: set[int]) -> Left:
-        """Take submaps out, with the key scans that are in no other, and all edges, loops and ties that lead to them.
+        """Remove submaps, with the key scans that are in no other, and all their edges, loops and ties.
 
-        What is left gets new numbers, but for the submaps.
+        The rest is renumbered, except the submaps.
         """
         left = [tuple(name for name in key.submaps if name not in gone) for key in self.keys]
         kept = [number for number, names in enumerate(left) if names]
@@ -131,11 +131,11 @@ class SubmapGraph:
         self._number_of = {node: number for number, node in enumerate(self.key_nodes)}
         self.keys[:] = [
             self.keys[k] if left[k] == self.keys[k].submaps else replace(self.keys[k], submaps=left[k]) for k in kept
-        ]  # the list itself is known to others
+        ]  # other objects hold this list
         return Left(kept, loops)
 
     def place_keys(self) -> None:
-        """Let the key scans follow their submaps."""
+        """Move the key scans with their submaps."""
         at = {number: k for k, number in enumerate(self.submaps)}
         corrections = np.array([self.correction(submap) for submap in self.submaps.values()])
         local = np.array([key.T_local_laser for key in self.keys])
@@ -144,7 +144,7 @@ class SubmapGraph:
             self.poses[node] = pose
 
     def odometry_edges(self) -> list[Edge]:
-        """From each key scan to the next: their motion in ``local``, as sure as the wheels were found to be."""
+        """Return edges from each key scan to the next: their motion in ``local``, with the learnt odometry error."""
         follows = np.array(self._follows, np.bool_)
         error, errors, edges = OdometryError.learnt(self.keys, follows), motion_errors(self.keys, follows), []
         for number in np.flatnonzero(follows).tolist():
@@ -159,7 +159,7 @@ class SubmapGraph:
         return edges
 
     def _renumber_edges(self, loops: list[int], node_at: dict[int, int], loop_at: dict[int, int]) -> None:
-        """Keep the edges between nodes and of loops that are left."""
+        """Remove the edges of removed nodes and loops."""
 
         def renumbered(edge: Edge) -> Edge:
             return edge._replace(first=node_at[edge.first], second=node_at[edge.second], loop=loop_at[edge.loop])
@@ -173,7 +173,7 @@ class SubmapGraph:
         self.edges = [*own, *(edge for loop in self.loops for edge in loop.edges)]
 
     def _T_map_local(self, key: KeyScan) -> FloatArray:
-        """``T_map_local`` of the submap that it was matched to, or of the last one, where it begins a new one."""
+        """Return ``T_map_local`` of the submap that it was matched to, or of the last one, if it begins a new one."""
         if self.begins_with(key):
             return np.zeros(3)
         known = self.submaps.get(key.submaps[0]) or self.submaps[self.keys[-1].submaps[0]]
@@ -190,7 +190,7 @@ class SubmapGraph:
     def _join_to_nearest(self, begun: Submap) -> None:
         """Tie the first submap of this run to the nearest one of an earlier run.
 
-        The robot was found in that map, but a wrong start must not outweigh loops.
+        The robot was found in that map, but loops must be able to correct a wrong start.
         """
         start = self.poses[begun.node]
         earlier = [submap for submap in self.submaps.values() if submap is not begun]
@@ -215,7 +215,7 @@ class SubmapGraph:
 
 
 def turned_information(information: FloatArray, heading: float, sigmas: FloatArray) -> FloatArray:
-    """Information (3, 3) of a match in the axes of a frame at ``heading``, for one in the axes around that frame.
+    """Rotate the information (3, 3) of a match into the axes of a frame at ``heading``.
 
     No match is better than ``sigmas`` (3,).
     """
@@ -223,6 +223,6 @@ def turned_information(information: FloatArray, heading: float, sigmas: FloatArr
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     turned = R.T @ (information / CORRELATION) @ R
     values, vectors = np.linalg.eigh(0.5 * (turned + turned.T))
-    covariance = (vectors / np.maximum(values, LEAST_INFORMATION)) @ vectors.T
+    covariance = (vectors / np.maximum(values, MIN_INFORMATION)) @ vectors.T
     information = np.linalg.inv(covariance + np.diag(sigmas**2))
-    return np.asarray(0.5 * (information + information.T))  # of what is known badly, the inverse is not quite symmetric
+    return np.asarray(0.5 * (information + information.T))  # not quite symmetric for large uncertainties

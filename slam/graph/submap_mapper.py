@@ -1,8 +1,8 @@
 """The front end of the graph: scans are matched to rolling submaps, and some of them become key scans.
 
-A submap covers a way so short that its own error is small: what was seen there before is left to loops. A new one
-begins every half of that way. Scans are matched to the oldest map that is open and written into all; it is open for
-longer than its submap lasts, so that what was seen a while ago is still there where the robot turns a corner.
+A submap covers a path so short that its own error is small; loops connect it to older submaps. A new one begins after
+every half of that length. Scans are matched to the oldest open map and added to all open ones; a map stays open after
+its submap has ended, so that earlier walls are still in it when the robot turns a corner.
 """
 
 from typing import Final
@@ -24,25 +24,26 @@ from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
 
 LENGTH: Final = 8.0
-"""Metres of way that a submap covers; the next begins half way."""
+"""Path length of a submap, metres; the next one begins half way."""
 SUBMAPS, OPEN = 2, 3
-"""Submaps that a key scan belongs to, and maps that are open, at most."""
-LEAST_KEYS: Final = 10
-"""Key scans that a submap has at least when the next begins, however far apart they are."""
+"""Number of submaps that a key scan belongs to, and largest number of open maps."""
+MIN_KEYS: Final = 10
+"""Least number of key scans of a submap when the next one begins, whatever their distances."""
 TURN_WAY: Final = 0.3
-"""Metres of way that a turn of one radian counts as."""
+"""Metres of path that a turn of one radian counts as."""
 KEY_DISTANCE, KEY_ANGLE = 0.25, 0.25
 """A scan becomes a key scan after this much motion, metres, or this much turning, radians."""
 MISFITS: Final = 2
-"""Scans in a row that the map contradicts, after which another submap begins that odometry alone joins to this one.
-One alone may come from wheels that were late, and are right again with the next."""
+"""Consecutive scans that contradict the map after which a new submap begins, connected by odometry alone. A single one
+may come from wheels that reported late."""
 
 RECOVERED_SHARE: Final = 0.5
-"""Share of the facets of the scan after such a one that must agree with the map: else that contradicts it too."""
+"""Least share of agreeing facets of the scan after such a contradiction; below it, that scan contradicts the map
+too."""
 
 
 class SubmapMapper(SurfelMapper):
-    """A SurfelMapper whose map is the oldest of the open ones; ``key`` is the key scan that the last ``add`` made."""
+    """A SurfelMapper whose map is the oldest open one; ``key`` is the key scan that the last ``add`` made."""
 
     def __init__(
         self,
@@ -55,23 +56,23 @@ class SubmapMapper(SurfelMapper):
         super().__init__(state, config, T_base_laser, odometry)
         self.key: KeyScan | None = None
         self.uncertainty = SubmapUncertainty(state.covariance)
-        self._wheels = Pose2D()  # the motion since the last key scan by odometry alone
+        self._wheels = Pose2D()  # motion since the last key scan by odometry alone
         self.number = number
         """Number of the submap that began last."""
-        self._open = [state.map]  # the oldest first
+        self._open = [state.map]  # oldest first
         self._last_key: Pose2D | None = None
-        self._way = self._began = 0.0  # metres, and those at which the last submap began
+        self._path_length = self._began = 0.0  # path length, and that at the start of the last submap, metres
         self._keys = 0  # since then
-        self._misfits = 0  # scans in a row that the map contradicted
+        self._misfits = 0  # consecutive scans that contradicted the map
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
-        """See SurfelMapper; the motion that led to ``prior`` is remembered for the next key scan."""
+        """See SurfelMapper; the motion to ``prior`` is kept for the next key scan."""
         if self.state.T_map_base is not None:
             self._wheels = self._wheels @ self.state.T_map_base.between(prior)
         return super().locate(scan, segments, prior)
 
     def add(self, scan: LaserScan, segments: Segments, T_local_laser: Pose2D) -> None:
-        """Write the scan located last into the open submaps, where it was taken far enough from the last one."""
+        """Add the last located scan to the open submaps, if it was taken far enough from the last one."""
         self.key = None
         broken = self._is_broken()
         if broken:
@@ -84,9 +85,9 @@ class SubmapMapper(SurfelMapper):
         config = self.map.config
         if added is not None and not broken and distance < config.update_distance and turn < config.update_angle:
             return
-        self._way += distance + TURN_WAY * turn
+        self._path_length += distance + TURN_WAY * turn
         if self._is_key(T_local_laser, broken):
-            if self._way - self._began >= 0.5 * LENGTH and self._keys >= LEAST_KEYS:
+            if self._path_length - self._began >= 0.5 * LENGTH and self._keys >= MIN_KEYS:
                 self._open_next()
             self._keys += 1
             self.key = self._key_scan(scan, T_local_laser, broken)
@@ -96,7 +97,7 @@ class SubmapMapper(SurfelMapper):
     def _find(
         self, scan: LaserScan, noise: RangeNoise | None, prior: Pose2D, predicted: FloatArray, last: Pose2D
     ) -> Found:
-        """See SurfelMapper; after a misfit only a scan that agrees well is believed to be where it was found."""
+        """See SurfelMapper; after a misfit only a scan with a high agreement is accepted."""
         found = super()._find(scan, noise, prior, predicted, last)
         if self._misfits == 0 or found.fit.inliers >= RECOVERED_SHARE * len(self._facets):
             return found
@@ -104,7 +105,7 @@ class SubmapMapper(SurfelMapper):
         return found._replace(fit=fit, odometry_only=True, odometry_failed=False, contradicted=True)
 
     def know(self, T_local_submap: FloatArray, covariance: FloatArray, T_map_local: Pose2D) -> None:
-        """A loop was closed: the place of a submap is known with this covariance (3, 3), map axes."""
+        """Take over the covariance (3, 3) of a submap's pose after a loop was closed, map axes."""
         c, s = np.cos(T_map_local.theta), np.sin(T_map_local.theta)
         R = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
         self.uncertainty.know(Pose2D.from_array(T_local_submap), R @ covariance @ R.T)
@@ -124,7 +125,7 @@ class SubmapMapper(SurfelMapper):
         return last.distance(T_local_laser) >= KEY_DISTANCE or turn >= KEY_ANGLE
 
     def _is_broken(self) -> bool:
-        """True where the scan located last and the one before did not fit, so that a submap must begin here."""
+        """Return True if the last two scans did not fit, so that a new submap must begin."""
         contradicted = self._found is not None and self._found.contradicted
         self._misfits = self._misfits + 1 if contradicted else 0
         return self._misfits >= MISFITS or self._lost
@@ -134,14 +135,14 @@ class SubmapMapper(SurfelMapper):
         return 1.0 if self._found is None else self._found.fit.inliers / max(len(self._facets), 1)
 
     def _begin_anew(self) -> None:
-        """Leave what was mapped; the submap that begins here is joined to it by odometry alone."""
+        """Leave the mapped area: begin a submap that is connected by odometry alone."""
         self._misfits = 0
         self._open_next(most=1)
         self.state = self._with(bad_matches=0)
 
     def _open_next(self, most: int = OPEN) -> None:
-        """A submap begins; so many maps stay open, to the oldest of which scans are matched."""
-        self.number, self._began, self._keys = self.number + 1, self._way, 0
+        """Begin a submap; ``open_maps`` maps stay open, and scans are matched to the oldest."""
+        self.number, self._began, self._keys = self.number + 1, self._path_length, 0
         self._open = [*self._open, SurfelMap(self.map.config)][-most:]
         self.state = self._with(map=self._open[0])
         self.uncertainty.open_next(most)
@@ -156,7 +157,7 @@ class SubmapMapper(SurfelMapper):
         )  # fmt: skip
 
     def _information(self) -> FloatArray:
-        """Information of the last match, in the directions that its scan constrained."""
+        """Return the information of the last match, in the directions that its scan constrained."""
         if self._found is None or self._found.odometry_only:
             return np.zeros((3, 3))
         fit, scale = self._found.fit, np.array([1.0, 1.0, self.config.lever])

@@ -7,28 +7,28 @@ from slam.pose import FloatArray, Pose2D
 
 
 class SubmapUncertainty:
-    """Covariances (3, 3) of the open submaps, x, y, theta where each began."""
+    """Covariances (3, 3) of the open submaps, x, y, theta at their starts."""
 
     def __init__(self, first: FloatArray) -> None:
         self._open: list[tuple[Pose2D, FloatArray]] = [(Pose2D(), first)]  # scans are matched to the first, the oldest
         self._last: tuple[Pose2D, FloatArray] = Pose2D(), np.zeros((3, 3))
 
     def pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
-        """Covariance (3, 3) of a pose, for that against the submap."""
+        """Return the covariance (3, 3) of a pose, given that against the submap."""
         began, covariance = self._open[0]
         self._last = pose, propagate(covariance, began, pose) + match_covariance
         return self._last[1]
 
     def open_next(self, most: int) -> None:
-        """Another submap begins at the last pose, and is known as well as that; so many stay open.
+        """Begin a submap at the last pose, with its covariance; ``open_maps`` stay open.
 
-        Its many scans do not make it surer: their errors are alike, those of the walls that all of them saw.
+        Its many scans do not reduce it: their errors are correlated, as all of them saw the same walls.
         """
         self._open = [*self._open, self._last][-most:]
 
     def know(self, pose: Pose2D, covariance: FloatArray) -> None:
-        """Take note of the covariance (3, 3) with which the submap that scans are matched to is known in ``local``.
+        """Set the covariance (3, 3) of the submap that scans are matched to, in ``local``.
 
-        It is known so since a loop was closed.
+        It is known after a loop was closed.
         """
         self._open[0] = pose, covariance

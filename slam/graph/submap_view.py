@@ -1,4 +1,4 @@
-"""A finished submap as it is compared with others: where its key scans are and what they see, made once."""
+"""A finished submap in the form in which it is compared with others: the poses and facets of its key scans."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -13,8 +13,8 @@ from slam.lines.segments import IntArray
 from slam.mapping.free_beams import FreeBeams, free_beams
 from slam.pose import FloatArray
 
-MOST_FACETS: Final = 200
-"""Facets that are sought together."""
+MAX_FACETS: Final = 200
+"""Largest number of facets that are searched together."""
 
 
 class SubmapView:
@@ -33,16 +33,16 @@ class SubmapView:
         return self._beams[at]
 
     def joint_scan(self, middle: int, members: IntArray) -> FloatArray:
-        """The facets (F, 7) of some key scans together, in the frame of the one in the middle."""
+        """Return the facets (F, 7) of some key scans together, in the frame of the one in the middle."""
         origin = self.path[middle]
         parts = [_moved(self.keys[at].facets, between(origin, self.path[at])) for at in members.tolist()]
         facets = np.concatenate(parts)
         facets = facets[np.hypot(facets[:, X], facets[:, Y]) < REACH]
-        return np.ascontiguousarray(facets[:: len(facets) // MOST_FACETS + 1])
+        return np.ascontiguousarray(facets[:: len(facets) // MAX_FACETS + 1])
 
 
 def _moved(facets: FloatArray, pose: FloatArray) -> FloatArray:
-    """Facets (F, 7) of a scan at ``pose`` (3,)."""
+    """Transform facets (F, 7) of a scan by ``pose`` (3,)."""
     c, s = np.cos(pose[2]), np.sin(pose[2])
     x, y, nx, ny = facets[:, X], facets[:, Y], facets[:, NX], facets[:, NY]
     moved = facets.copy()

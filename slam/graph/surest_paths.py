@@ -1,31 +1,33 @@
-"""Covariance of the place of every submap as seen from one, along the surest path; compiled."""
+"""Covariance of the pose of every submap relative to one, along the most certain path; compiled."""
 
-import heapq
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
+from slam.motion_model import carried
 from slam.pose import FloatArray
+from slam.small_matrices import add, write
 
-TURN_COST = 25.0  # m^2 a rad^2: how a variance of the heading counts when paths are compared
+TURN_COST = 25.0  # m^2 per rad^2: weight of the variance of the heading when paths are compared
 
 
 class Hops(NamedTuple):
-    """Steps between submaps, each of which goes both ways."""
+    """Steps between submaps, in both directions."""
 
     first: IntArray
-    """(H,) positions in the list of submaps."""
+    """(H,): indices in the list of submaps."""
     second: IntArray
     covariance: FloatArray
-    """(H, 3, 3), map axes."""
+    """(H, 3, 3): covariances, map axes."""
 
 
 def surest_covariances(source: int, poses: FloatArray, hops: Hops) -> FloatArray:
-    """Covariance (N, 3, 3) of the poses (N, 3) of all submaps as seen from one of them, map axes.
+    """Return the covariance (N, 3, 3) of the poses (N, 3) of all submaps relative to one of them, map axes.
 
-    Infinite where no path leads.
+    Infinite if no path leads there.
     """
     order = np.argsort(np.concatenate([hops.first, hops.second]), kind="stable")
     start = np.concatenate([hops.first, hops.second])[order]
@@ -39,25 +41,30 @@ def surest_covariances(source: int, poses: FloatArray, hops: Hops) -> FloatArray
 def _surest(source: int, poses: FloatArray, begins: IntArray, end: IntArray, hop: FloatArray) -> FloatArray:
     """Dijkstra's algorithm; the neighbours of node n are ``end[begins[n]:begins[n + 1]]``."""
     count = len(poses)
-    best, known = np.full((count, 3, 3), np.inf), np.zeros(count, np.bool_)
-    cost = np.full(count, np.inf)
+    best, cost, known = np.full((count, 3, 3), np.inf), np.full(count, np.inf), np.zeros(count, np.bool_)
     best[source], cost[source] = 0.0, 0.0
-    heap = [(0.0, source)]
-    while len(heap) > 0:
-        _, n = heapq.heappop(heap)
-        if known[n]:
-            continue
+    for _ in range(count):
+        n = _surest_unknown(cost, known)
+        if n < 0:
+            break
         known[n] = True
         for k in range(begins[n], begins[n + 1]):
             other = end[k]
-            if known[other]:
-                continue
-            J = np.zeros((3, 3))
-            J[0, 0] = J[1, 1] = J[2, 2] = 1.0
-            J[0, 2], J[1, 2] = poses[n, 1] - poses[other, 1], poses[other, 0] - poses[n, 0]
-            C = J @ best[n] @ J.T + hop[k]
-            total = C[0, 0] + C[1, 1] + TURN_COST * C[2, 2]
-            if total < cost[other]:
-                best[other], cost[other] = C, total
-                heapq.heappush(heap, (total, other))
+            if not known[other]:
+                C = carried(best[n], poses[n, 1] - poses[other, 1], poses[other, 0] - poses[n, 0])
+                add(C, hop[k])
+                total = C[0, 0] + C[1, 1] + TURN_COST * C[2, 2]
+                if total < cost[other]:
+                    write(best[other], C)
+                    cost[other] = total
     return best
+
+
+@compiled_on_views
+def _surest_unknown(cost: FloatArray, known: NDArray[np.bool_]) -> int:
+    """The node of the least cost of those that are not known, -1 where no path leads to any."""
+    least, node = np.inf, -1
+    for n in range(len(cost)):
+        if not known[n] and cost[n] < least:
+            least, node = cost[n], n
+    return node

@@ -1,4 +1,4 @@
-"""Places of a submap in earlier ones by their walls alone, for one that the graph cannot place."""
+"""Poses of a submap in earlier ones from walls alone, if the graph's pose is too uncertain."""
 
 from collections.abc import Collection, Sequence
 from typing import Final, NamedTuple
@@ -9,21 +9,21 @@ from slam.graph.wall_places import propose_places
 from slam.matching.coarse_search import PLACE_X, SCORE
 from slam.pose import FloatArray, compose_poses, inverse_poses
 
-MOST_PAIRS: Final = 30
-"""Earlier submaps that a submap is compared with."""
-MOST_PLACES: Final = 3
-"""Places in each of them that are kept ..."""
-MOST_CANDIDATES: Final = 8
-"""... and in all of them together."""
+MAX_PAIRS: Final = 30
+"""Number of earlier submaps that a submap is compared with."""
+MAX_PLACES: Final = 3
+"""Poses that are kept in each of them."""
+MAX_CANDIDATES: Final = 8
+"""Poses that are kept in all of them together."""
 
 
 class WallCandidate(NamedTuple):
-    """A place that is to be verified."""
+    """A pose to verify."""
 
     score: float
     other: Submap
     T_other_submap: FloatArray
-    """(3,), between the frames ``local`` of the two submaps."""
+    """(3,): pose between the frames ``local`` of the two submaps."""
 
 
 class WallCandidates:
@@ -33,25 +33,25 @@ class WallCandidates:
         self._constellations: dict[int, Constellation] = {}
 
     def add(self, submap: Submap, surfels: FloatArray, cell: float) -> None:
-        """Take the map of a finished submap: its surfels (S, 8), frame ``local``, in cells so wide."""
+        """Add the map of a finished submap: its surfels (S, 8), frame ``local``, and the width of its cells."""
         self._constellations[submap.number] = Constellation.of_surfels(surfels, _middle(submap), cell)
 
     def keep(self, numbers: Collection[int]) -> None:
-        """Forget all submaps but those of these numbers."""
+        """Remove all submaps but those with these numbers."""
         self._constellations = {number: one for number, one in self._constellations.items() if number in numbers}
 
     def of(self, submap: Submap, others: Sequence[Submap]) -> list[WallCandidate]:
-        """Places of a submap in the first of these, the best score first."""
+        """Return poses of a submap in the first of these, best score first."""
         own, middle, rows = self._constellations[submap.number], inverse_poses(_middle(submap)), []
-        for other in others[:MOST_PAIRS]:
-            for place in propose_places(own, self._constellations[other.number], MOST_PLACES):
+        for other in others[:MAX_PAIRS]:
+            for place in propose_places(own, self._constellations[other.number], MAX_PLACES):
                 T_other_submap = compose_poses(compose_poses(_middle(other), place[PLACE_X:]), middle)
                 rows.append(WallCandidate(float(place[SCORE]), other, T_other_submap))
         rows.sort(key=lambda row: -row.score)
-        return rows[:MOST_CANDIDATES]
+        return rows[:MAX_CANDIDATES]
 
 
 def _middle(submap: Submap) -> FloatArray:
-    """Pose (3,) of the key scan in its middle."""
+    """Return the pose (3,) of the key scan in its middle."""
     pose: FloatArray = submap.path[len(submap.path) // 2]
     return pose

@@ -2,11 +2,11 @@
 
 Facet f of scan k that sees wall m gives the residual r = n_m . (R_k f + t_k - c_m) - o_m, with the normal n_m turned by
 d_m: a wall has an offset o and a turn d, estimated once for all scans that see it. The weight is that of Geman and
-McClure, 1 / (v (1 + r^2 / (kernel^2 + v))^2). A wall near a main direction of the building is also held to it, by an
-edge so soft as the building is exact; the main direction itself is free.
+McClure, 1 / (v (1 + r^2 / (kernel^2 + v))^2). A wall near a main direction of the building also has a soft edge to it,
+whose weight depends on the exactness of the building; the main direction itself is free.
 
-Eliminated, the walls leave S = A - B D^-1 B^T for the poses: A has a block for each pose, D one for each wall, and B
-one for each pair of a wall and a scan that sees it. S is full where many scans see one wall, and is never made:
+Eliminating the walls gives S = A - B D^-1 B^T for the poses: A has a block for each pose, D one for each wall, and B
+one for each pair of a wall and a scan that sees it. S is full if many scans see one wall, and is never formed:
 ``apply`` multiplies by it.
 """
 
@@ -14,31 +14,31 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.graph.main_edges import MainEdges
 from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, FoundWalls, Sights
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
-FIT_ROUNDS = 2  # of reweighting the line of a wall
-LEAST_SCATTER = 0.01  # metres along a wall, one standard deviation: with less it tells no direction
+FIT_ROUNDS = 2  # rounds of reweighting the line of a wall
+MIN_SCATTER = 0.01  # metres along a wall, one standard deviation: below it, no direction is known
 
 
 class WallEquations(NamedTuple):
     """S and its right hand side; pairs are sorted by wall, and within a wall by scan."""
 
     begins: IntArray
-    """(M + 1,): where the pairs of each wall begin."""
+    """(M + 1,): first pair of each wall, and the number of pairs."""
     nodes: IntArray
-    """(P,): the node of each pair's scan."""
+    """(P,): node of each pair's scan."""
     coupling: FloatArray
     """(P, 3, 2): blocks of B."""
     blocks: FloatArray
     """(N, 3, 3): A."""
     covariance: FloatArray
-    """(M, 2, 2): inverse blocks of D, of offset and turn of each wall where the poses are known."""
+    """(M, 2, 2): inverse blocks of D, of offset and turn of each wall given the poses."""
     gradient: FloatArray
-    """(N, 3), of half the weighted sum of squares, the walls eliminated."""
+    """(N, 3): gradient of half the weighted sum of squares, the walls eliminated."""
     main: MainEdges
     slack: FloatArray
     """(K,): information of each main direction, its walls eliminated."""
@@ -46,14 +46,14 @@ class WallEquations(NamedTuple):
     """(M, 2): weighted sum of the squared residuals of each wall, m^2, and of the weights."""
 
     def apply(self, poses: FloatArray) -> FloatArray:
-        """S times a vector (N, 3)."""
+        """Return S times a vector (N, 3)."""
         forces = _forces(self.begins, self.nodes, self.coupling, poses)
         turned = _eliminated(forces, self.covariance, self.main, self.slack)
         return _reaction(self.begins, self.nodes, self.coupling, self.blocks, turned, poses)
 
 
 def fit_lines(sights: Sights, walls: FoundWalls, kernel: float) -> FloatArray:
-    """Lines (M, 4) that fit the facets of the walls best, at the present poses."""
+    """Return the lines (M, 4) that fit the facets of the walls best, at the present poses."""
     lines = walls.lines.copy()
     _fit_lines(sights, walls.sights, walls.begins, kernel, lines)
     return lines
@@ -62,10 +62,13 @@ def fit_lines(sights: Sights, walls: FoundWalls, kernel: float) -> FloatArray:
 def wall_equations(
     sights: Sights, nodes: IntArray, walls: FoundWalls, main: MainEdges, kernel: float, count: int
 ) -> WallEquations:
-    """Normal equations at the present poses and lines, for ``count`` nodes; ``nodes`` (K,) are those of the scans."""
+    """Return the normal equations at the present poses and lines, for ``count`` nodes.
+
+    ``nodes`` (K,) are those of the scans.
+    """
     begins = _pair_begins(sights.scans, walls.sights, walls.begins)
     seen_by, coupling, blocks, gradient, D, forces, squares = _linearized(sights, nodes, walls, kernel, begins, count)
-    D[:, 1, 1] += LEAST_SCATTER**2 * D[:, 0, 0] + main.information
+    D[:, 1, 1] += MIN_SCATTER**2 * D[:, 0, 0] + main.information
     forces[:, 1] += main.information * main.error
     covariance = np.asarray(np.linalg.inv(D), np.float64)
     slack = _slack(main, covariance)
@@ -75,13 +78,13 @@ def wall_equations(
 
 
 def _slack(main: MainEdges, covariance: FloatArray) -> FloatArray:
-    """Information of each main direction (K,), its walls eliminated."""
+    """Return the information of each main direction (K,), its walls eliminated."""
     held = main.direction >= 0
     left = main.information - main.information**2 * covariance[:, 1, 1]
     return np.asarray(np.bincount(main.direction[held], left[held]), np.float64)
 
 
-@compiled
+@compiled_on_views
 def _fit_lines(sights: Sights, numbers: IntArray, begins: IntArray, kernel: float, lines: FloatArray) -> None:
     for m in range(len(lines)):
         for _ in range(FIT_ROUNDS):
@@ -95,14 +98,14 @@ def _fit_lines(sights: Sights, numbers: IntArray, begins: IntArray, kernel: floa
                 w0, ws, wss = w0 + w, ws + w * s, wss + w * s * s
                 wr, wrs = wr + w * r, wrs + w * r * s
             mean_s, mean_r = ws / w0, wr / w0
-            turn = -(wrs - mean_r * ws) / (wss - mean_s * ws + LEAST_SCATTER**2 * w0)
+            turn = -(wrs - mean_r * ws) / (wss - mean_s * ws + MIN_SCATTER**2 * w0)
             lines[m, LINE_X] = cx + mean_r * nx - mean_s * ny
             lines[m, LINE_Y] = cy + mean_r * ny + mean_s * nx
             c, s = np.cos(turn), np.sin(turn)
             lines[m, LINE_NX], lines[m, LINE_NY] = c * nx - s * ny, s * nx + c * ny
 
 
-@compiled
+@compiled_on_views
 def _weight(r: float, variance: float, kernel: float) -> float:
     t = 1.0 + r * r / (kernel * kernel + variance)
     return 1.0 / (variance * t * t)
@@ -110,7 +113,7 @@ def _weight(r: float, variance: float, kernel: float) -> float:
 
 @compiled
 def _pair_begins(scans: IntArray, numbers: IntArray, begins: IntArray) -> IntArray:
-    """Beginnings of the pairs of each wall, (M + 1,)."""
+    """Return the first pair of each wall, and the number of pairs, (M + 1,)."""
     pairs = np.zeros(len(begins), np.int64)
     for m in range(len(begins) - 1):
         count = 0
@@ -125,7 +128,7 @@ def _pair_begins(scans: IntArray, numbers: IntArray, begins: IntArray) -> IntArr
 def _linearized(
     sights: Sights, nodes: IntArray, walls: FoundWalls, kernel: float, begins: IntArray, count: int
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Nodes of the pairs and the linearised equations of pairs and walls.
+    """Return the nodes of the pairs and the linearised equations of pairs and walls.
 
     These are B, A, the gradient by the poses (N, 3), D, the gradient by the walls (M, 2), and the squares (M, 2).
     """
@@ -166,7 +169,7 @@ def _linearized(
 
 @compiled
 def _forces(begins: IntArray, nodes: IntArray, coupling: FloatArray, poses: FloatArray) -> FloatArray:
-    """B^T times a vector (N, 3): (M, 2)."""
+    """Return B^T times a vector (N, 3): (M, 2)."""
     forces = np.zeros((len(begins) - 1, 2))
     for m in range(len(forces)):
         for p in range(begins[m], begins[m + 1]):
@@ -178,7 +181,7 @@ def _forces(begins: IntArray, nodes: IntArray, coupling: FloatArray, poses: Floa
 
 @compiled
 def _eliminated(forces: FloatArray, covariance: FloatArray, main: MainEdges, slack: FloatArray) -> FloatArray:
-    """D^-1 times the forces (M, 2), where D also has the main directions, eliminated by Sherman and Morrison."""
+    """Return D^-1 times the forces (M, 2); main directions are eliminated from D by Sherman and Morrison."""
     turned, pull = np.empty_like(forces), np.zeros(len(slack))
     for m in range(len(forces)):
         C = covariance[m]
@@ -199,7 +202,7 @@ def _eliminated(forces: FloatArray, covariance: FloatArray, main: MainEdges, sla
 def _reaction(
     begins: IntArray, nodes: IntArray, coupling: FloatArray, blocks: FloatArray, turned: FloatArray, poses: FloatArray
 ) -> FloatArray:
-    """A times a vector (N, 3), less B times the walls (M, 2)."""
+    """Return A times a vector (N, 3), minus B times the walls (M, 2)."""
     out = np.empty_like(poses)
     for k in range(len(poses)):
         for a in range(3):

@@ -1,33 +1,33 @@
 """Walls as landmarks: the facets of all key scans, gathered into walls that are straight within about a centimetre.
 
-Facets that face one way are put into cells along the wall, and those of a cell that lie close together across it are
-one piece. A wall grows from its heaviest piece over its neighbours, as long as these lie on its line. Where the wall of
-the building bends or steps, the landmark ends and another one begins: how long it is, the wall tells, no grid.
+Facets with similar normals are sorted into cells along the wall, and those of a cell that lie close together across it
+form a piece. A wall grows from its heaviest piece over its neighbours, as long as these lie on its line. Where the wall
+of the building bends or steps, the landmark ends and another one begins; its length does not depend on the grid.
 """
 
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 SIDES: Final = 16
-"""Directions into which the normals are sorted, before facets are put together."""
+"""Number of directions into which the normals are sorted before facets are grouped."""
 CELL: Final = 0.3
-"""Metres along a wall that a piece is long."""
+"""Length of a piece along a wall, metres."""
 TABLE: Final = 512
 """Cells to each side of the table of pieces, which is repeated over the plane."""
-NEIGHBOURS = 2  # cells to each side in which a wall may go on
-WALL_COSINE = 0.95  # between the normals of a piece and of its wall, at least
-SIGMAS = 0.5  # of the place of a piece, which it may be off beyond what a wall may be off straight
-LEVER = 0.3  # metres: a normal tells as much of a direction as two points so far apart
-LEAST_SCANS = 2  # that must see a wall
+NEIGHBOURS = 2  # cells to each side in which a wall may continue
+WALL_COSINE = 0.95  # least cosine between the normals of a piece and of its wall
+SIGMAS = 0.5  # standard deviations of a piece's position that are added to the largest deviation from a straight wall
+LEVER = 0.3  # metres: a normal counts as two points this far apart
+MIN_SCANS = 2  # least number of scans that see a wall
 W, WX, WY, WXX, WXY, WYY, WNX, WNY, WNXX, WNXY, WNYY = range(11)
-"""The weighted sums from which a line is fitted: of 1, x, y, xx, xy, yy, and of the normals: x, y, xx, xy, yy."""
+"""Weighted sums from which a line is fitted: of 1, x, y, xx, xy, yy, and of the normals: x, y, xx, xy, yy."""
 LINE_NX, LINE_NY, LINE_X, LINE_Y = range(4)
-"""Columns of lines (M, 4): unit normal away from the sensor, and a point in the middle of what was seen."""
+"""Columns of lines (M, 4): unit normal away from the sensor, and a point in the middle of the seen part."""
 
 
 class Sights(NamedTuple):
@@ -36,13 +36,13 @@ class Sights(NamedTuple):
     points: FloatArray
     """(F, 2): centres."""
     normals: FloatArray
-    """(F, 2), away from the sensor."""
+    """(F, 2): normals, away from the sensor."""
     levers: FloatArray
     """(F, 2): from the sensor to the centre."""
     variances: FloatArray
-    """(F,) of the centre along the normal, m^2."""
+    """(F,): variance of the centre along the normal, m^2."""
     scans: IntArray
-    """(F,): number of the key scan."""
+    """(F,): index of the key scan."""
 
 
 class FoundWalls(NamedTuple):
@@ -51,13 +51,13 @@ class FoundWalls(NamedTuple):
     lines: FloatArray
     """(M, 4)."""
     sights: IntArray
-    """(G,): numbers of facets, sorted by wall and within a wall by scan."""
+    """(G,): indices of facets, sorted by wall and within a wall by scan."""
     begins: IntArray
-    """(M + 1,): where those of each wall begin, and G."""
+    """(M + 1,): first facet of each wall, and G."""
 
 
 def find_walls(sights: Sights, straight: float, gap: float) -> FoundWalls:
-    """Find the walls that two scans see or more.
+    """Find the walls that at least two scans see.
 
     Neighbouring facets of a piece are no farther apart across it than ``gap``, metres, and a piece lies no farther off
     the line of its wall than ``straight``, metres.
@@ -74,13 +74,13 @@ def find_walls(sights: Sights, straight: float, gap: float) -> FoundWalls:
 
 @compiled
 def wall_spans(points: FloatArray, lines: FloatArray, numbers: IntArray, begins: IntArray) -> FloatArray:
-    """From where to where along its line (M, 4) each wall was seen, (M, 2), metres from the point of the line.
+    """Return begin and end of each wall along its line (M, 4), (M, 2), metres from the point of the line.
 
     The other arguments are those of Sights and FoundWalls.
     """
     spans = np.empty((len(lines), 2))
     for m in range(len(lines)):
-        nx, ny, x, y = lines[m]
+        nx, ny, x, y = lines[m, LINE_NX], lines[m, LINE_NY], lines[m, LINE_X], lines[m, LINE_Y]
         low, high = np.inf, -np.inf
         for f in numbers[begins[m] : begins[m + 1]]:
             along = nx * (points[f, 1] - y) - ny * (points[f, 0] - x)
@@ -91,9 +91,9 @@ def wall_spans(points: FloatArray, lines: FloatArray, numbers: IntArray, begins:
 
 @compiled
 def _sort_keys(points: FloatArray, normals: FloatArray) -> tuple[IntArray, IntArray]:
-    """Number of the cell of each facet, and a key in whose order the facets of a cell follow one another; (F,) each.
+    """Return the cell of each facet, and a key that sorts the facets of a cell; (F,) each.
 
-    The cell is by the side of the facet and its place along it; the order is across the wall.
+    The cell is by the side of the facet and its position along it; the order is across the wall.
     """
     cell, key = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
     for f in range(len(points)):
@@ -110,12 +110,11 @@ def _sort_keys(points: FloatArray, normals: FloatArray) -> tuple[IntArray, IntAr
 def _pieces(
     points: FloatArray, normals: FloatArray, information: FloatArray, cell: IntArray, order: IntArray, gap: float
 ) -> tuple[IntArray, FloatArray]:
-    """Number of the piece of each facet (F,), and the sums of each piece (P, 11)."""
+    """Return the piece of each facet (F,), and the sums of each piece (P, 11)."""
     piece_of, sums, count = np.empty(len(points), np.int64), np.zeros((len(points), 11)), 0
     for i in range(len(order)):
         f, before = order[i], order[i - 1]
-        x, y = points[f]
-        nx, ny = normals[f]
+        x, y, nx, ny = points[f, 0], points[f, 1], normals[f, 0], normals[f, 1]
         apart = abs((x - points[before, 0]) * nx + (y - points[before, 1]) * ny)
         if i == 0 or cell[f] != cell[before] or apart > gap:
             count += 1
@@ -126,9 +125,9 @@ def _pieces(
     return piece_of, sums[:count]
 
 
-@compiled
+@compiled_on_views
 def _fit(sums: FloatArray, seed: FloatArray, line: FloatArray) -> None:
-    """Fit a line (4,) to sums (11,): along it the points scatter most and the normals least; facing like the seed's."""
+    """Fit a line (4,) to sums (11,), by the scatter of points and normals; it faces the way of the seed's."""
     w, x, y = sums[W], sums[WX] / sums[W], sums[WY] / sums[W]
     xx = sums[WXX] - w * x * x - LEVER * LEVER * sums[WNXX]
     xy = sums[WXY] - w * x * y - LEVER * LEVER * sums[WNXY]
@@ -143,7 +142,7 @@ def _fit(sums: FloatArray, seed: FloatArray, line: FloatArray) -> None:
 def _grow_walls(
     pieces: FloatArray, columns_rows: IntArray, heaviest_first: IntArray, straight: float
 ) -> tuple[IntArray, FloatArray]:
-    """Number of the wall of each piece (P,), and the lines (M, 4)."""
+    """Return the wall of each piece (P,), and the lines (M, 4)."""
     head = np.full((TABLE, TABLE), -1, np.int64)  # first piece in a cell, and in those TABLE cells away
     following, wall_of = np.empty(len(pieces), np.int64), np.full(len(pieces), -1, np.int64)
     for k in range(len(pieces)):
@@ -163,13 +162,13 @@ def _grow_one(
     pieces: FloatArray, columns_rows: IntArray, head: IntArray, following: IntArray, straight: float,
     wall_of: IntArray, queue: IntArray, seed: int, number: int, line: FloatArray,
 ) -> None:  # fmt: skip
-    """One wall, from its heaviest piece outwards over its neighbours; ``queue`` (P,) is scratch, ``line`` filled."""
+    """Grow one wall from its heaviest piece over its neighbours; ``queue`` (P,) is scratch, ``line`` is written."""
     sums = pieces[seed].copy()
     _fit(sums, pieces[seed], line)
     wall_of[seed], queue[0] = number, seed
     begin, end = 0, 1
     while begin < end:
-        column, row = columns_rows[queue[begin]]
+        column, row = columns_rows[queue[begin], 0], columns_rows[queue[begin], 1]
         begin += 1
         for i in range(row - NEIGHBOURS, row + NEIGHBOURS + 1):
             for j in range(column - NEIGHBOURS, column + NEIGHBOURS + 1):
@@ -190,16 +189,16 @@ def _grow_one(
 def _let_go(
     pieces: FloatArray, members: IntArray, straight: float, wall_of: IntArray, sums: FloatArray, line: FloatArray
 ) -> None:
-    """Take those pieces off a wall that its line turned away from as it grew; they may make another one."""
+    """Remove pieces from a wall whose line turned away from them as it grew; they may form another one."""
     for k in members:
         if not _lies_on(pieces[k], line, straight):
             wall_of[k] = -1
             sums -= pieces[k]
 
 
-@compiled
+@compiled_on_views
 def _lies_on(piece: FloatArray, line: FloatArray, straight: float) -> bool:
-    """True where a piece faces the way of a line and lies on it, within ``straight``, metres, and its uncertainty."""
+    """Return True if a piece faces the way of a line and is within ``straight``, metres, and its uncertainty of it."""
     nx, ny, w = line[LINE_NX], line[LINE_NY], piece[W]
     offset = nx * (piece[WX] / w - line[LINE_X]) + ny * (piece[WY] / w - line[LINE_Y])
     cosine, sine = (nx * piece[WNX] + ny * piece[WNY]) / w, (nx * piece[WNY] - ny * piece[WNX]) / w
@@ -211,7 +210,7 @@ def _lies_on(piece: FloatArray, line: FloatArray, straight: float) -> bool:
 
 @compiled
 def _sort_by_wall(wall_of: IntArray, scans: IntArray, lines: FloatArray) -> tuple[FloatArray, IntArray, IntArray]:
-    """FoundWalls of the walls that LEAST_SCANS scans see; ``wall_of`` and ``scans`` are of facets (F,)."""
+    """Return FoundWalls of the walls that MIN_SCANS scans see; ``wall_of`` and ``scans`` are of facets (F,)."""
     counts, seen = np.zeros(len(lines), np.int64), np.zeros(len(lines), np.int64)
     last = np.full(len(lines), -1, np.int64)
     for f in range(len(wall_of)):
@@ -219,15 +218,19 @@ def _sort_by_wall(wall_of: IntArray, scans: IntArray, lines: FloatArray) -> tupl
         counts[m] += 1
         if last[m] != scans[f]:
             seen[m], last[m] = seen[m] + 1, scans[f]
-    kept = np.flatnonzero(seen >= LEAST_SCANS)
-    begins, at = np.zeros(len(kept) + 1, np.int64), np.full(len(lines), -1, np.int64)
-    for n in range(len(kept)):
-        begins[n + 1] = begins[n] + counts[kept[n]]
-        at[kept[n]] = begins[n]
-    sights = np.empty(begins[-1], np.int64)
+    kept, begins, count = np.empty((len(lines), 4)), np.zeros(len(lines) + 1, np.int64), 0
+    at = np.full(len(lines), -1, np.int64)
+    for m in range(len(lines)):
+        if seen[m] >= MIN_SCANS:
+            for i in range(4):
+                kept[count, i] = lines[m, i]
+            at[m] = begins[count]
+            begins[count + 1] = begins[count] + counts[m]
+            count += 1
+    sights = np.empty(begins[count], np.int64)
     for f in range(len(wall_of)):
         m = wall_of[f]
         if at[m] >= 0:
             sights[at[m]] = f
             at[m] += 1
-    return lines[kept], sights, begins
+    return kept[:count], sights, begins[: count + 1]

@@ -1,7 +1,7 @@
-"""Places where a submap lies in another, from their walls alone and from no prior.
+"""Poses of a submap in another one, from their walls alone and without a prior.
 
-Pairs of walls vote for places (wall_votes.py); each of these is refined and weighed (place_evidence.py). What comes out
-is to be verified: a building has places that look alike.
+Pairs of walls vote for poses (wall_votes.py); each of these is refined and scored (place_evidence.py). The results must
+be verified, as a building has places that look alike.
 """
 
 import numpy as np
@@ -13,13 +13,13 @@ from slam.matching.coarse_search import HEADING, PLACE_X, PLACE_Y, SCORE
 from slam.pose import FloatArray, wrap_angles
 
 SAME_DISTANCE, SAME_ANGLE = 0.4, 0.1
-"""Places nearer than this, metres and radians, are one."""
+"""Poses nearer than this, metres and radians, count as one."""
 
 
 def propose_places(submap: Constellation, other: Constellation, most: int = 6) -> FloatArray:
-    """Poses of a submap in another one from their walls alone, (N, 4): SCORE, PLACE_X, PLACE_Y, HEADING, best first.
+    """Return poses of a submap in another one from their walls alone, (N, 4): SCORE, PLACE_X, PLACE_Y, HEADING.
 
-    The poses are ``T_other_submap``. The scores compare places; they do not tell if the two submaps share any.
+    They are ``T_other_submap``, best first. The scores compare poses; they do not show whether the two submaps overlap.
     """
     places = places_voted_for(submap.walls, other.walls)
     weigh_places(places, submap, other)
@@ -27,7 +27,7 @@ def propose_places(submap: Constellation, other: Constellation, most: int = 6) -
 
 
 def _distinct(places: FloatArray, most: int) -> FloatArray:
-    """The places (N, 4), the best first, without those that lie near a better one; ``most`` at most."""
+    """Return the poses (N, 4), best first, without those near a better one; ``most`` at most."""
     chosen = np.empty((0, 4))
     while len(places) and len(chosen) < most:
         best = places[0]

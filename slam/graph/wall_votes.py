@@ -1,15 +1,16 @@
 """Votes of pairs of walls for the place of one submap in another, compiled.
 
-Each pair of walls votes for the turn that makes them face the same way. At a turn each such pair votes for the strip of
-shifts that lay one on the other. It holds the place across the wall and leaves it free along it: a vote is a matrix of
-information, and a shift counts as much as its votes fix it in every direction. A corridor alone says little.
+Each pair of walls votes for the rotation that makes them face the same way. At a rotation, each such pair votes for the
+strip of shifts that put one wall on the other. The pair fixes the position across the wall and leaves it free along it:
+so a vote is an information matrix, and the score of a shift measures how well its votes fix it in every direction. A
+corridor alone scores low.
 """
 
 from typing import Final
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.graph.constellation import ALONG_X, ALONG_Y, CELL, LENGTH, MIDDLE_X, MIDDLE_Y, cell_of
 from slam.lines.segments import IntArray
 from slam.matching.coarse_search import HEADING, PLACE_X, PLACE_Y, SCORE
@@ -18,23 +19,23 @@ from slam.pose import FloatArray
 TURN_BINS: Final = 180
 """Bins of a full turn: 2 degrees."""
 TURNS: Final = 8
-"""Turns that are looked into ..."""
+"""Largest number of rotations that are examined."""
 TURNS_APART: Final = 5
-"""... and bins between any two of them, at least."""
+"""Least number of bins between two of them."""
 REACH: Final = 40
-"""Cells to each side in which shifts are looked for, 10 m: submaps of 8 m of way farther apart share little."""
+"""Largest shift to each side, cells; 10 m: submaps of 8 m of path farther apart share little."""
 SHIFTS: Final = 12
-"""Shifts that are found at each turn ..."""
+"""Number of shifts that are returned at each rotation."""
 SHIFTS_APART: Final = 2
-"""... and cells between any two of them, more than."""
+"""Number of cells around a shift in which no other one is returned."""
 LONGEST_VOTE: Final = 3.0
-"""Metres of wall that count, at most: two long walls fix no turn and no place better than two of this length."""
+"""Largest length of a wall that counts, metres: longer walls fix rotation and position no better."""
 SAME_WAY: Final = 0.9925
 """Cosine between two walls that face the same way: 7 degrees."""
 CHANCE: Final = 1.0
-"""Metres of wall in each direction that hold any place, by chance."""
-LEAST_OVERLAP: Final = 0.1
-"""Metres of one wall on another, at least, for a vote."""
+"""Prior information in each direction, metres of wall: what chance alone would give."""
+MIN_OVERLAP: Final = 0.1
+"""Least overlap of two walls for a vote, metres."""
 BLUR = (0.5, 1.0, 0.5)
 """Weights of a vote one cell before, on and one cell behind the wall."""
 XX, XY, YY = range(3)
@@ -43,7 +44,7 @@ XX, XY, YY = range(3)
 
 @compiled
 def moved(walls: FloatArray, x: float, y: float, theta: float) -> FloatArray:
-    """The walls (M, 5) in the frame in which theirs lies at this pose."""
+    """Transform the walls (M, 5) by this pose."""
     c, s = np.cos(theta), np.sin(theta)
     there = walls.copy()
     for m in range(len(walls)):
@@ -56,7 +57,7 @@ def moved(walls: FloatArray, x: float, y: float, theta: float) -> FloatArray:
 
 @compiled
 def places_voted_for(walls: FloatArray, others: FloatArray) -> FloatArray:
-    """Places (N, 4) of the walls among the others, SHIFTS at each of TURNS turns; the score is that of the votes."""
+    """Return poses (N, 4) of the walls among the others, SHIFTS at each of TURNS rotations, with their scores."""
     turns = _best_turns(turn_votes(walls, others))
     places, count = np.empty((TURNS * SHIFTS, 4)), 0
     for k in range(len(turns)):
@@ -79,9 +80,9 @@ def places_voted_for(walls: FloatArray, others: FloatArray) -> FloatArray:
     return places[:count]
 
 
-@compiled
+@compiled_on_views
 def _find_best(scores: FloatArray, best_columns: IntArray, low: int, high: int) -> None:
-    """Fill in the column of the best score of each row from ``low`` on, before ``high``; the first of equals."""
+    """Fill in the column of the best score of each row from ``low`` up to ``high``; the first of equals."""
     for row in range(low, high):
         best = 0
         for column in range(1, scores.shape[1]):
@@ -90,9 +91,9 @@ def _find_best(scores: FloatArray, best_columns: IntArray, low: int, high: int) 
         best_columns[row] = best
 
 
-@compiled
+@compiled_on_views
 def _best_row(scores: FloatArray, best_columns: IntArray) -> int:
-    """The row of the best score of all; the first of equals."""
+    """Return the row of the best score of all; the first of equals."""
     best = 0
     for row in range(1, len(scores)):
         if scores[row, best_columns[row]] > scores[best, best_columns[best]]:
@@ -102,7 +103,7 @@ def _best_row(scores: FloatArray, best_columns: IntArray) -> int:
 
 @compiled
 def turn_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
-    """Votes of all pairs of walls for the turn between them, (TURN_BINS,), blurred by two bins to each side."""
+    """Return the votes of all pairs of walls for their rotation, (TURN_BINS,), blurred by two bins to each side."""
     votes = np.zeros(TURN_BINS)
     for a in range(len(walls)):
         for b in range(len(others)):
@@ -121,7 +122,7 @@ def turn_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
 
 @compiled
 def _best_turns(votes: FloatArray) -> IntArray:
-    """The bins with the most votes, TURNS at most."""
+    """Return the bins with the most votes, TURNS at most."""
     left, turns, count = votes.copy(), np.empty(TURNS, np.int64), 0
     while count < TURNS:
         best = int(np.argmax(left))
@@ -136,7 +137,7 @@ def _best_turns(votes: FloatArray) -> IntArray:
 
 @compiled
 def shift_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
-    """Votes (2 REACH, 2 REACH, 3) of all pairs of walls that face the same way for the shift between them."""
+    """Return the votes (2 REACH, 2 REACH, 3) of all pairs of walls that face the same way for their shift."""
     votes = np.zeros((2 * REACH, 2 * REACH, 3))
     for a in range(len(walls)):
         for b in range(len(others)):
@@ -146,13 +147,13 @@ def shift_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
     return votes
 
 
-@compiled
+@compiled_on_views
 def _vote(wall: FloatArray, other: FloatArray, votes: FloatArray) -> None:
-    """Add the strip of one pair: at each of its shifts the metres that the two then share."""
+    """Add the strip of one pair: at each of its shifts the metres of overlap."""
     ux, uy = other[ALONG_X], other[ALONG_Y]
     dx, dy = other[MIDDLE_X] - wall[MIDDLE_X], other[MIDDLE_Y] - wall[MIDDLE_Y]
     half, most = 0.5 * (wall[LENGTH] + other[LENGTH]), min(wall[LENGTH], other[LENGTH], LONGEST_VOTE)
-    steps = int((half - LEAST_OVERLAP) / CELL)
+    steps = int((half - MIN_OVERLAP) / CELL)
     for step in range(-steps, steps + 1):
         metres = min(half - abs(step) * CELL, most)
         for side in range(-1, 2):
@@ -166,7 +167,7 @@ def _vote(wall: FloatArray, other: FloatArray, votes: FloatArray) -> None:
 
 @compiled
 def _scores(votes: FloatArray) -> FloatArray:
-    """Fixedness (R, C) of each shift by its votes (R, C, 3)."""
+    """Return the score (R, C) of each shift from its votes (R, C, 3)."""
     rows, columns, _ = votes.shape
     scores = np.empty((rows, columns))
     for i in range(rows):
@@ -175,17 +176,17 @@ def _scores(votes: FloatArray) -> FloatArray:
     return scores
 
 
-@compiled
+@compiled_on_views
 def fixedness(xx: float, xy: float, yy: float) -> float:
-    """Strength with which walls fix a place in every direction, metres of wall.
+    """Return how well walls fix a position in every direction, metres of wall.
 
-    It is the root of the determinant of their information, and small where they are all parallel.
+    It is the root of the determinant of their information, and small if they are all parallel.
     """
     return float(np.sqrt((xx + CHANCE) * (yy + CHANCE) - xy * xy) - CHANCE)
 
 
-@compiled
+@compiled_on_views
 def _turn(wall: FloatArray, other: FloatArray) -> tuple[float, float]:
-    """Cosine and sine of the turn from one wall to the other."""
+    """Return cosine and sine of the rotation from one wall to the other."""
     ax, ay, bx, by = wall[ALONG_X], wall[ALONG_Y], other[ALONG_X], other[ALONG_Y]
     return ax * bx + ay * by, ax * by - ay * bx

@@ -1,33 +1,33 @@
-"""Prefix sums over the beams of a scan, and from them the chi-square of any run of beams about its best line; compiled.
+"""Prefix sums over the beams of a scan, which give the chi-square of any run of beams about its best line; compiled.
 
-On the line a x + b y = 1 a beam of bearing t has 1/r = a cos(t) + b sin(t), which is linear in (a, b) whatever the
-incidence. With range noise sigma_r the chi-square of a run is the least sum of q (1 - a x - b y)^2, where
-q = r^2 / sigma_r^2, and six prefix sums of q give it for any run: q, q x, q y, q x^2, q x y, q y^2.
+On the line a x + b y = 1 a beam of bearing t has 1/r = a cos(t) + b sin(t), which is linear in (a, b) for any
+incidence. With range noise sigma_r the chi-square of a run is the least sum of q (1 - a x - b y)^2, where q = r^2 /
+sigma_r^2, and six prefix sums give it for any run: q, q x, q y, q x^2, q x y, q y^2.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 from slam.lines.range_noise import RangeNoise, range_variance
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 from slam.scan import BEARING, COS, SIN
 
 Q, X, Y, XX, XY, YY = range(6)
-"""Columns of the sums (N + 1, 6): those of q, q x, q y, q x^2, q x y and q y^2 over all points before each place."""
+"""Columns of the sums (N + 1, 6): q, q x, q y, q x^2, q x y and q y^2, summed over all points before each index."""
 SUMS = 6
-GAP = 0.05  # metres; a jump longer than this, and than six beam spacings and three sigmas together, parts two walls
+GAP = 0.05  # metres; a longer jump, beyond six beam spacings and three sigmas in addition, separates two walls
 GAP_SPACINGS = 6.0
 GAP_SIGMAS = 3.0
 
 
-@compiled
+@compiled_on_views
 def prefix_sums(
     ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], noise: RangeNoise,
     sums: FloatArray, beam: IntArray, after_gap: NDArray[np.bool_],
 ) -> int:  # fmt: skip
-    """Fill in the sums, the beam of each point, and True where a gap parts it from the last; return how many points.
+    """Fill in the sums, the beam of each point, and True after a gap; return the number of points.
 
     The points are the beams with an echo.
     """
@@ -55,9 +55,9 @@ def prefix_sums(
     return n
 
 
-@compiled
+@compiled_on_views
 def chi_square(sums: FloatArray, i: int, j: int) -> float:
-    """Return that of the points i to j (exclusive) about their best line; infinite where they lie in one bearing."""
+    """Return chi-square of the points i to j (exclusive) about their best line; infinite if they lie in one bearing."""
     q, x, y = sums[j, Q] - sums[i, Q], sums[j, X] - sums[i, X], sums[j, Y] - sums[i, Y]
     xx, xy, yy = sums[j, XX] - sums[i, XX], sums[j, XY] - sums[i, XY], sums[j, YY] - sums[i, YY]
     determinant = xx * yy - xy * xy

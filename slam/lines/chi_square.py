@@ -1,8 +1,8 @@
 """The segments of a scan by chi-square: this project's own method.
 
 Walls are found from the bottom up (wall_runs.py) and fitted to the ranges by the noise of the sensor, which gives every
-segment its covariance (wall_lines.py). An end where two walls meet is the corner of their lines; any other end is where
-its beam meets the line.
+segment its covariance (wall_lines.py). An end where two walls meet is the corner of their lines; any other end is the
+intersection of its beam with the line.
 """
 
 import os
@@ -25,16 +25,16 @@ from slam.pose import FloatArray
 from slam.scan import BEARING, LaserScan
 
 BATCH: Final = 64
-"""Scans that a thread takes at a time."""
+"""Number of scans per task of a thread."""
 
 
 def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig, noise: RangeNoise | None = None) -> Segments:
     """Find the segments of the scan with their covariance, sensor frame; they count its points as ``scan.points()``.
 
-    ``noise`` is that of its ranges; without it, it is what this one scan and the settings tell.
+    ``noise`` is that of its ranges; without it, it is estimated from this one scan and the settings.
 
-    Beams without echo (``inf``, ``nan``, or outside the reach of the sensor) are left out; a wall goes on behind them
-    where the gap allows it.
+    Beams without echo (``inf``, ``nan``, or outside the range limits) are left out; a wall continues behind them if the
+    gap is small enough.
     """
     ranges, fan, reach = scan.ranges, scan.fan, scan.reach
     noise = noise or LearntNoise.start(config).observe(scan)
@@ -49,7 +49,7 @@ def segments_of_scans(
 ) -> tuple[Segments, IntArray]:
     """Find the segments of many scans of one sensor, whose noise is known, on this many threads or on all.
 
-    Those of scan i are the places ``begins[i]`` to ``begins[i + 1]``, exclusive, of the segments; begins: (scans + 1,).
+    Those of scan i have the indices ``begins[i]`` to ``begins[i + 1]``, exclusive; begins: (scans + 1,).
     """
     batches = [scans[k : k + BATCH] for k in range(0, len(scans), BATCH)]
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
@@ -61,7 +61,10 @@ def segments_of_scans(
 
 
 def _lines_of_batch(scans: Sequence[LaserScan], config: ChiSquareConfig, noise: RangeNoise) -> tuple[NDArray[Any], ...]:
-    """Find the runs in these scans, segments a scan, lines, their covariance, their ends, and the ends' covariance."""
+    """Find the runs in these scans.
+
+    Return segments per scan, lines, their covariance, ends, and the ends' covariance.
+    """
     first = scans[0]
     ranges, reach = np.stack([scan.ranges for scan in scans]), first.reach
     runs, totals, counts = wall_runs_of_scans(ranges, first.fan, reach, noise, config.merge_cost, config.min_points)

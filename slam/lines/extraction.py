@@ -1,4 +1,4 @@
-"""The line segments of a scan, by the method that the settings name; those of a user's own extractor are checked."""
+"""Extraction of line segments by the configured method; the results of a user's own extractor are checked."""
 
 from dataclasses import replace
 from math import hypot
@@ -26,7 +26,7 @@ _COLUMNS: Final[dict[str, tuple[type[float], tuple[int, ...]]]] = {
 def extract_segments(scan: LaserScan, config: LineConfig, noise: RangeNoise | None = None) -> Segments:
     """Find the segments of the scan, sensor frame; they count its points as ``scan.points()`` does.
 
-    ``noise`` is that of its ranges; without it, it is what this one scan and the settings tell.
+    ``noise`` is that of its ranges; without it, it is estimated from this one scan and the settings.
     """
     if isinstance(config, ChiSquareConfig):
         return segments_by_chi_square(scan, config, noise)
@@ -37,7 +37,7 @@ def extract_segments(scan: LaserScan, config: LineConfig, noise: RangeNoise | No
 
 
 def _own_segments(scan: LaserScan, config: OwnMethod) -> Segments:
-    """Call the extractor; InputError names it, the field and the value that cannot be used."""
+    """Call the extractor; InputError names it, the field and the invalid value."""
     segments: Segments = config.call(scan)
     expect(config.method, segments, Segments)
     what = f"{config.method} returned Segments whose"
@@ -55,7 +55,7 @@ def _own_segments(scan: LaserScan, config: OwnMethod) -> Segments:
 
 
 def _check_places(what: str, first: IntArray, last: IntArray, points: int) -> None:
-    """Require that the segments lie among the points of the scan, in their order, and share a corner at most."""
+    """Check that the segments lie among the points of the scan, in their order, and share a corner at most."""
     for m in np.flatnonzero((first < 0) | (last < first) | (last >= points)):
         raise InputError(
             f"{what} first[{m}] is {first[m]} and last[{m}] is {last[m]}, not 0 <= first <= last < {points}, "
@@ -69,7 +69,7 @@ def _check_places(what: str, first: IntArray, last: IntArray, points: int) -> No
 
 
 def _check_noise(what: str, noise: RangeNoise) -> None:
-    """Require a standard deviation that is more than 0 at every range; ``near_range`` may be infinite."""
+    """Check that the standard deviation is above 0 at every range; ``near_range`` may be infinite."""
     expect(f"{what} noise", noise, RangeNoise)
     expect_numbers(f"{what} noise.", noise, ("near", "far", "floor"))
     if not min(noise) >= 0 or hypot(noise.near, noise.floor) == 0 or hypot(noise.far, noise.floor) == 0:

@@ -1,8 +1,8 @@
-"""Facets: short pieces of wall with a normal, and small clusters of points without one. They are what is matched."""
+"""Facets, the items that are matched: short pieces of wall with a normal, and small clusters of points without one."""
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.learnt_noise import LearntNoise
 from slam.lines.range_noise import RangeNoise, range_variance
 from slam.lines.segments import IntArray, Segments
@@ -11,11 +11,11 @@ from slam.scan import COS, SIN, LaserScan
 
 X, Y, NX, NY, VARIANCE, COUNT, LINKED = range(7)
 """Columns of facets (F, 7): centre, unit normal away from the sensor (0, 0 for a cluster), variance of the centre along
-the normal (m^2), number of points, and 1 where the facet before it is of the same segment, else 0."""
-RANGE_FLOOR = 0.003  # metres: least standard deviation of a range; the matcher adds that walls are not flat
-CLUSTER_GAP = 0.10  # metres between neighbouring points of a cluster, at most
-CLUSTER_SIZE = 0.15  # metres from its first point to its last
-TRUNCATED_SIGMAS = 2.5  # from the end of the reach: nearer to it, only readings that came short are seen
+the normal (m^2), number of points, and 1 if the previous facet is of the same segment, else 0."""
+RANGE_FLOOR = 0.003  # metres: least standard deviation of a range; the matcher adds that of walls that are not flat
+CLUSTER_GAP = 0.10  # metres, the largest gap between neighbouring points of a cluster
+CLUSTER_SIZE = 0.15  # metres, the largest size of a cluster
+TRUNCATED_SIGMAS = 2.5  # standard deviations from the range limit within which readings are too short
 
 
 def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:
@@ -47,9 +47,9 @@ def _facets(
 
 @compiled
 def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: RangeNoise) -> int:
-    """Leave out facets so near to the end of the reach that about half of their echoes were lost beyond it.
+    """Leave out facets so near the range limit that about half of their echoes were lost beyond it.
 
-    The readings that remain are too short: a far wall would be mapped too near, and hold the robot back later.
+    The remaining readings are too short: a far wall would be mapped too near.
     """
     kept, unbroken = 0, True
     for k in range(count):
@@ -65,19 +65,19 @@ def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: Ran
     return kept
 
 
-@compiled
+@compiled_on_views
 def _cut(
     points: FloatArray, begin: int, stop: int, theta: float, noise: RangeNoise, length: float,
     facets: FloatArray, count: int,
 ) -> int:  # fmt: skip
-    """Cut one segment into pieces no longer than ``length``, and write a facet of each."""
+    """Cut one segment into pieces no longer than ``length``, and write a facet for each."""
     nx, ny = np.cos(theta), np.sin(theta)
     s0 = nx * points[begin, 1] - ny * points[begin, 0]
     whole = nx * points[stop - 1, 1] - ny * points[stop - 1, 0] - s0
     pieces = max(1, int(np.ceil(abs(whole) / length)))
     at, start = -1, count
     for i in range(begin, stop):
-        x, y = points[i]
+        x, y = points[i, 0], points[i, 1]
         piece = min(max(int((nx * y - ny * x - s0) / whole * pieces), 0), pieces - 1) if whole != 0.0 else 0
         if piece != at:
             at = piece
@@ -98,14 +98,14 @@ def _cut(
     return count
 
 
-@compiled
+@compiled_on_views
 def _clusters(points: FloatArray, begin: int, stop: int, noise: RangeNoise, facets: FloatArray, count: int) -> int:
-    """Write a facet without normal for every two or more neighbouring points off the segments."""
+    """Write a facet without normal for each group of at least two neighbouring points off the segments."""
     i = begin
     while i < stop:
         j, x, y, v = i, 0.0, 0.0, 0.0
         while j < stop:
-            px, py = points[j]
+            px, py = points[j, 0], points[j, 1]
             if j > i and np.hypot(px - points[j - 1, 0], py - points[j - 1, 1]) > CLUSTER_GAP:
                 break
             if np.hypot(px - points[i, 0], py - points[i, 1]) > CLUSTER_SIZE:

@@ -1,7 +1,7 @@
 """The segments of a scan by hopping and reverse hop: sections 3.2 and 3.3, Proc. 1 to 8, Fig. 5.
 
 The procedure as printed, with the singular values of A_i(l) at every test; prefix_sums.py has its fast form. Points are
-counted from 0, and a run includes both its ends.
+indexed from 0, and a run includes both its ends.
 """
 
 from collections.abc import Callable
@@ -39,7 +39,7 @@ def sigma_3(points: FloatArray) -> float:
 
 
 def sigma_3_full(points: FloatArray) -> float:
-    """Compute the same with all of U (l, l) and V as eq. (7) writes it: time and memory grow with l^2."""
+    """Compute the same with all of U (l, l) and V, as in eq. (7): time and memory grow with l^2."""
     return float(np.linalg.svd(design_matrix(points), full_matrices=True)[1][2])
 
 
@@ -56,7 +56,7 @@ def hop_by_svd(
         if i + l <= N and sigma_3(points[i : i + l]) < sigma_Th:  # Proc. 2 and 3; a hop past the end is a failed test
             previous, l = l, l + 1 + psi  # Proc. 4: hop over psi points; the printed l + 1 is for psi = 0
         elif l == 3:
-            i, psi = i + 1, J  # three points that are no line: begin one point further
+            i, psi = i + 1, J  # three points that are no line: begin one point further on
         elif psi >= 1:
             l, psi = previous + 1, 0  # reverse hop, and no more hops on this segment
         else:

@@ -15,13 +15,13 @@ class HoughLine(NamedTuple):
     sigma_3: float
     """The smallest singular value of A, metres: how far the points are from lying on one line.
 
-    Not the distance from the line: it grows with the root of the number of points, and the column of -1 makes it, and
-    v_3, depend on where the origin is.
+    It is not the distance from the line: it grows with the root of the number of points, and because of the column of
+    -1 it depends, like v_3, on the origin.
     """
 
 
 def design_matrix(points: FloatArray) -> FloatArray:
-    """A_i(l) of eq. (6) for points (l, 2): one row [x, y, -1] a point, eqs. (3) and (4)."""
+    """Return A_i(l) of eq. (6) for points (l, 2): one row [x, y, -1] per point, eqs. (3) and (4)."""
     return np.column_stack([points, -np.ones(len(points))])
 
 

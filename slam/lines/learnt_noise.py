@@ -2,9 +2,10 @@
 
 Along a straight wall 1/r is a sinusoid of the bearing, so that of three neighbouring echoes at equal steps the second
 difference u(-1) - 2 cos(step) u(0) + u(+1) of u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners, gaps and
-clutter give differences too, of any size; a scan among chair legs has little else. So differences are counted over many
-scans, by range and by size. In the logarithm of the size noise is a peak of known width, and clutter a ground that
-rises slowly. The noise is that whose peaks, one in each half octave of range, are most likely on such a ground.
+clutter give differences of any size; in a scan among chair legs they dominate. So differences are counted over many
+scans, by range and by size. Over the logarithm of the size, noise is a peak of known width, and clutter a slowly rising
+background. The estimated noise is the one whose peaks, one in each half octave of range, are most likely on such a
+background.
 """
 
 from functools import lru_cache
@@ -13,62 +14,64 @@ from typing import Final, Self
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.config import ChiSquareConfig, LineConfig
 from slam.lines.range_noise import ROUGHNESS, RangeNoise, noise_of_sensor
 from slam.pose import FloatArray
 from slam.scan import COS, SIN, LaserScan
 
 NEAREST: Final = 2.0**-4
-"""Metres, begin of the first band of range."""
+"""Start of the first band of range, metres."""
 BANDS: Final = 18
-"""Half an octave of range each; the last one ends at 32 m. Few beams go farther, and most of them into clutter."""
+"""Number of bands, half an octave of range each; the last ends at 32 m. Few beams go farther, and most of these into
+clutter."""
 OCTAVE: Final = 4
-"""Bins of size to an octave; the noise is sought among their edges, and between them by a parabola."""
+"""Bins of size per octave; the noise is searched at their edges, and between them by a parabola."""
 BAND: Final = OCTAVE // 2
-"""Bins as wide as a band."""
+"""Bins per band."""
 MIDDLE: Final = 2.0 ** (0.5 * BAND / OCTAVE)
-"""The middle of a band over its begin."""
+"""Middle of a band over its start."""
 BAND_OF_1_M: Final = int(-log2(NEAREST)) * OCTAVE // BAND
 SMALLEST: Final = 2.0**-12
-"""Begin of the first bin: metres, from 1 m on shares of where the band begins. What is less shows the step of the
-ranges and no noise: on a wall straight ahead all are equal."""
+"""Start of the first bin: metres, from 1 m on shares of the band's start. Smaller differences show the step of the
+ranges and no noise: on a wall straight ahead all ranges are equal."""
 SIZES: Final = 9 * OCTAVE
-"""Bins, up to 1/8. What is larger is never noise."""
+"""Number of bins, up to 1/8. Larger differences are never noise."""
 EDGES: Final = 7 * OCTAVE + 3
-"""Edges of bins at which the noise is sought: near by up to 44 mm, far off to 3.7 %, and no higher whatever is seen."""
+"""Edges of bins at which the noise is searched: up to 44 mm near by, 3.7 % far away."""
 GROUNDS: Final = (0.1, 0.4, 0.9)
-"""Shares that the ground may have in a band; the likeliest is taken."""
+"""Shares of the background in a band; the most likely one is taken."""
 MEMORY: Final = 1e4
-"""Differences in a band that are remembered: they tell its noise to 1 %, and come from some fifty scans."""
+"""Number of differences per band that are remembered: they determine its noise to 1 %, and come from some fifty
+scans."""
 PRIOR: Final = 2.5
-"""Weight of the noise one begins with, in differences a band; a scan has some hundred in a few bands."""
+"""Weight of the initial noise, in differences per band; a scan has about a hundred in a few bands."""
 ASSUMED: Final = RangeNoise(0.01, 1.0, 0.01, ROUGHNESS)
-"""Noise to begin with where no sensor is named."""
+"""Initial noise if no sensor is named."""
 
 
 def named_noise(config: LineConfig | None) -> RangeNoise | None:
-    """The noise of the sensor that the settings name; None where they name none."""
+    """Return the noise of the sensor in the settings; None if they name none."""
     if not isinstance(config, ChiSquareConfig) or config.sensor is None:
         return None
     return noise_of_sensor(config.sensor, config.bound_sigmas)
 
 
 def _size(edge: float) -> float:
-    """The size at an edge of the bins."""
+    """Return the size at an edge of the bins."""
     return float(SMALLEST * 2.0 ** (edge / OCTAVE))
 
 
 def _peak_of_noise(sigma: float) -> FloatArray:
-    """Share of each bin in the differences of this noise that are counted, (SIZES,)."""
+    """Return the share of each bin in the differences of this noise that are counted, (SIZES,)."""
     below = np.array([erf(_size(k) / (sqrt(2.0) * sigma)) for k in range(SIZES + 1)])
     return np.asarray(np.diff(below) / (below[-1] - below[0]))
 
 
 def _log_likelihood() -> FloatArray:
-    """Log likelihood of a difference in each bin, by the edge of the noise and the share of the ground.
+    """Return the log likelihood of a difference in each bin, by the edge of the noise and the share of the background.
 
-    On the ground half of the differences are of all sizes alike, in metres, and half in octaves.
+    In the background half of the differences are uniform in metres, and half in octaves.
     """
     sizes = np.array([_size(k) for k in range(SIZES + 1)])
     ground = 0.5 * np.diff(sizes) / (sizes[-1] - sizes[0]) + 0.5 / SIZES
@@ -78,7 +81,10 @@ def _log_likelihood() -> FloatArray:
 
 @lru_cache
 def _expected_counts(noise: RangeNoise) -> FloatArray:
-    """PRIOR differences in each band as this noise spreads them, (BANDS, SIZES); not to be written to."""
+    """Return PRIOR differences in each band, distributed as this noise has them, (BANDS, SIZES).
+
+    The array must not be written to.
+    """
     begins = NEAREST * 2.0 ** (BAND / OCTAVE * np.arange(BANDS))
     alone = noise._replace(floor=0.0)
     sigmas = alone.sigma(np.asarray(begins * MIDDLE, np.float64)) / np.maximum(begins, 1.0)
@@ -90,25 +96,25 @@ LOG_LIKELIHOOD: Final = _log_likelihood()
 
 
 class LearntNoise:
-    """The noise of one sensor: at first that of its name, or ASSUMED; then that of its scans."""
+    """The noise of one sensor: initially that of its name, or ASSUMED; then learnt from its scans."""
 
     def __init__(self, counts: FloatArray) -> None:
         self.counts = counts
-        """Differences by range and size, (BANDS, SIZES); they are all that is remembered."""
+        """Differences by range and size, (BANDS, SIZES), the whole memory."""
 
     @classmethod
     def start(cls, config: LineConfig | None = None) -> Self:
-        """Begin with what these settings know of the sensor before its first scan."""
+        """Begin with the noise that these settings give before the first scan."""
         return cls(_expected_counts(named_noise(config) or ASSUMED).copy())
 
     def observe(self, scan: LaserScan) -> RangeNoise:
-        """Learn from the next scan, and return the noise that is likely now."""
+        """Learn from the next scan, and return the most likely noise now."""
         _count_differences(self.counts, scan.ranges, scan.fan, scan.reach)
         return self.noise
 
     @property
     def noise(self) -> RangeNoise:
-        """The noise that is likely by what was seen."""
+        """Return the most likely noise so far."""
         near, far = _most_likely(self.counts @ LOG_LIKELIHOOD)
         near, slope = _size(near), _size(far) / MIDDLE
         return RangeNoise(near, near / slope, slope, ROUGHNESS)
@@ -116,7 +122,7 @@ class LearntNoise:
 
 @compiled
 def _count_differences(counts: FloatArray, ranges: FloatArray, fan: FloatArray, reach: tuple[float, float]) -> None:
-    """Count the differences of every three neighbouring echoes at equal steps, and forget in bands that are full."""
+    """Count the differences of every three neighbouring echoes at equal steps; full bands forget old ones."""
     c_1 = s_1 = u_1 = c_0 = s_0 = u_0 = 0.0
     echoes = 0
     for j in range(len(ranges)):
@@ -141,28 +147,31 @@ def _count_differences(counts: FloatArray, ranges: FloatArray, fan: FloatArray, 
                 counts[band, size] *= MEMORY / total
 
 
-@compiled
+@compiled_on_views
 def _quarter_octaves(x: float) -> int:
-    """Whole quarters of an octave from 1 to ``x``: a logarithm, but quicker."""
+    """Return the whole quarters of an octave from 1 to ``x``: a faster logarithm."""
     mantissa, exponent = frexp(x)
     return int(4 * exponent - 4 + (mantissa >= 0.5**0.75) + (mantissa >= 0.5**0.5) + (mantissa >= 0.5**0.25))
 
 
 @compiled
 def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
-    """Edges, with a fraction, of the noise near by, and of that which grows with the range, amid the band from 1 m.
+    """Return the edges, with a fraction, of the noise near by, and of that which grows with the range, at 1 m.
 
-    The larger of the two holds. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) has the log likelihood of each band.
+    The larger of the two applies. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) is the log likelihood of each band.
     """
-    scores = scores_on_grounds[:, :EDGES].copy()
-    for begin in range(EDGES, len(GROUNDS) * EDGES, EDGES):
-        scores = np.maximum(scores, scores_on_grounds[:, begin : begin + EDGES])
+    scores = np.zeros((BANDS, EDGES))
+    for band in range(BANDS):
+        for i in range(EDGES):
+            scores[band, i] = scores_on_grounds[band, i]
+            for k in range(EDGES + i, len(GROUNDS) * EDGES, EDGES):
+                scores[band, i] = max(scores[band, i], scores_on_grounds[band, k])
     near, far = np.zeros((BANDS + 1, EDGES)), np.zeros((BANDS + 1, EDGES))
     for band in range(BANDS):  # of the bands before this one, where the noise near by is larger
         beyond = BAND * max(band - BAND_OF_1_M, 0)
         for i in range(EDGES):
             near[band + 1, i] = near[band, i] + scores[band, max(i - beyond, 0)]
-    for band in range(BANDS - 1, -1, -1):  # of this band and those behind it, where the noise far off is
+    for band in range(BANDS - 1, -1, -1):  # of this band and those behind it, where the noise far away is larger
         short = BAND * max(BAND_OF_1_M - band, 0)
         for j in range(EDGES):
             far[band, j] = far[band + 1, j] + scores[band, max(j - short, 0)]
@@ -176,7 +185,7 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
     return best_i + _peak(total[:, best_j].copy(), best_i), best_j + _peak(total[best_i], best_j)
 
 
-@compiled
+@compiled_on_views
 def _peak(values: FloatArray, k: int) -> float:
     """Return the offset from a greatest value to the peak of the parabola through it and its neighbours."""
     if k == 0 or k == len(values) - 1:

@@ -1,6 +1,6 @@
-"""A partition of the points of a scan into runs, and the steps that bring it nearer to one run a wall; compiled.
+"""A partition of the points of a scan into runs, and the steps that improve it towards one run per wall; compiled.
 
-Each step takes the sums of beam_sums.py and the ``m`` runs of a partition, and returns how many runs there are then.
+Each step takes the sums of beam_sums.py and the ``m`` runs of a partition, and returns the new number of runs.
 """
 
 from typing import NamedTuple
@@ -8,33 +8,33 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.beam_sums import chi_square
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
-BLOCK = 8  # points of the largest runs to begin with
-GOOD_FIT = 0.85  # of its points: a block whose chi-square is below this is begun with as it is
-SMALL_RUN = 12  # points: a run this small between two others may be only the corner where they meet
-WINDOW = 8  # points to both sides in which the end of a run is sought
+BLOCK = 8  # points of the largest initial runs
+GOOD_FIT = 0.85  # times its points: a block with a smaller chi-square becomes one initial run
+SMALL_RUN = 12  # points: a run this small between two others may be only their corner
+WINDOW = 8  # points to both sides in which the end of a run is searched
 
 
 class Partition(NamedTuple):
-    """The points of a scan, cut into runs; there is room for more runs than there are."""
+    """Points of a scan, cut into runs; the arrays have room for more runs."""
 
     start: IntArray
-    """First point of each run; then, behind the last one, the number of points."""
+    """First point of each run; then, after the last one, the number of points."""
     after_gap: NDArray[np.bool_]
-    """True for a run that a gap parts from the one before it, and behind the last one."""
+    """True for a run separated by a gap from the previous one, and after the last one."""
     cost: FloatArray
     """Chi-square of each run about its best line."""
 
 
-@compiled
+@compiled_on_views
 def cut_blocks(sums: FloatArray, new: NDArray[np.bool_], n: int, partition: Partition) -> int:
-    """Cut the points into runs of eight or four where these lie well on a line, else of two.
+    """Cut the points into runs of eight or four if these lie well on a line, else of two.
 
-    At the end of an odd piece they are of three; ``new`` says which of the ``n`` points come after a gap.
+    At the end of an odd piece a run has three; ``new`` is True for the points, of ``n``, that come after a gap.
     """
     start, after_gap, cost = partition
     m = begin = 0
@@ -62,9 +62,9 @@ def cut_blocks(sums: FloatArray, new: NDArray[np.bool_], n: int, partition: Part
 
 @compiled
 def merge(sums: FloatArray, m: int, partition: Partition, limit: float) -> int:
-    """Make one run of two neighbours, cheapest first around each, while that costs less than the limit."""
+    """Merge neighbouring runs, cheapest first around each, while that costs less than the limit."""
     start, after_gap, cost = partition
-    rise = np.full(m + 1, np.inf)  # of chi-square, by merging a run with the next
+    rise = np.full(m + 1, np.inf)  # chi-square added by merging a run with the next
     changed = np.ones(m + 1, np.bool_)
     merged = True
     while merged:
@@ -101,9 +101,9 @@ def reduced_chi_square(m: int, partition: Partition) -> float:
     return total / max(expected, 1.0)
 
 
-@compiled
+@compiled_on_views
 def _cheapest_cut(sums: FloatArray, begin: int, stop: int, low: int, high: int) -> tuple[float, int]:
-    """Find where, from ``low`` to ``high``, to part the points ``begin`` to ``stop`` in two; with their chi-square."""
+    """Return the lowest chi-square of two runs, and the cut, from ``low`` to ``high``, of the points that gives it."""
     least, at = np.inf, low
     for i in range(max(low, begin + 2), min(high, stop - 2) + 1):
         both = chi_square(sums, begin, i) + chi_square(sums, i, stop)
@@ -112,9 +112,9 @@ def _cheapest_cut(sums: FloatArray, begin: int, stop: int, low: int, high: int) 
     return least, at
 
 
-@compiled
+@compiled_on_views
 def drop_small(sums: FloatArray, m: int, partition: Partition, limit: float) -> int:
-    """Share out a small run among its two neighbours where that costs less than the limit."""
+    """Split a small run between its two neighbours if that costs less than the limit."""
     start, after_gap, cost = partition
     out = 0
     for k in range(m):
@@ -131,9 +131,9 @@ def drop_small(sums: FloatArray, m: int, partition: Partition, limit: float) -> 
     return out
 
 
-@compiled
+@compiled_on_views
 def move_cuts(sums: FloatArray, m: int, partition: Partition) -> None:
-    """Let every two neighbours meet where that is cheapest."""
+    """Move the boundary of every two neighbours to where it costs least."""
     start, after_gap, cost = partition
     for k in range(1, m):
         if not after_gap[k]:
@@ -142,9 +142,9 @@ def move_cuts(sums: FloatArray, m: int, partition: Partition) -> None:
         cost[k] = chi_square(sums, start[k], start[k + 1]) if start[k + 1] - start[k] > 2 else 0.0
 
 
-@compiled
+@compiled_on_views
 def merge_three(sums: FloatArray, m: int, partition: Partition, limit: float) -> int:
-    """Make one run of three neighbours where that costs less than the limit."""
+    """Merge three neighbouring runs into one if that costs less than the limit."""
     start, after_gap, cost = partition
     out = k = 0
     while k < m:

@@ -6,12 +6,12 @@ of prefix sums over the scan: a test costs the same however many points it spans
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 X, Y, XX, XY, YY = range(5)
-"""Columns of the sums (N + 1, 5): those of x, y, x^2, x y and y^2 over all points before each place."""
+"""Columns of the sums (N + 1, 5): x, y, x^2, x y and y^2, summed over all points before each index."""
 
 
 @compiled
@@ -50,11 +50,11 @@ def _prefix_sums(points: FloatArray) -> FloatArray:
     return sums
 
 
-@compiled
+@compiled_on_views
 def _fits_line(sums: FloatArray, i: int, l: int, sigma_Th: float) -> bool:
     """Test sigma_3 < sigma_Th for the l points from i, given their prefix sums.
 
-    It holds exactly when A^T A - sigma_Th^2 I is not positive definite, which its three leading minors tell.
+    It holds exactly if A^T A - sigma_Th^2 I is not positive definite, which its three leading minors show.
     """
     threshold = sigma_Th * sigma_Th
     x, y = sums[i + l, X] - sums[i, X], sums[i + l, Y] - sums[i, Y]
@@ -64,9 +64,9 @@ def _fits_line(sums: FloatArray, i: int, l: int, sigma_Th: float) -> bool:
     return bool((xx <= 0.0) | (minor <= 0.0) | (n * minor <= x * x * yy - 2.0 * x * y * xy + y * y * xx))
 
 
-@compiled
+@compiled_on_views
 def _hop(sums: FloatArray, begin: int, stop: int, sigma_Th: float, J: int, runs: IntArray) -> int:
-    """Write the runs among the points ``begin`` to ``stop`` (exclusive) to rows of ``runs``; return how many."""
+    """Write the runs among the points ``begin`` to ``stop`` (exclusive) to rows of ``runs``; return their number."""
     M = 0
     i, l, psi, previous = begin, 3, J, 2  # Proc. 1
     while i + 3 <= stop:
@@ -83,7 +83,7 @@ def _hop(sums: FloatArray, begin: int, stop: int, sigma_Th: float, J: int, runs:
     return M
 
 
-@compiled
+@compiled_on_views
 def _line_of_sums(sums: FloatArray, first: int, last: int) -> tuple[float, float]:
     """Fit (rho, theta) to the points ``first`` to ``last``: v_3 is the eigenvector of A^T A's smallest eigenvalue."""
     n, x, y = last - first + 1.0, sums[last + 1, X] - sums[first, X], sums[last + 1, Y] - sums[first, Y]
@@ -91,22 +91,25 @@ def _line_of_sums(sums: FloatArray, first: int, last: int) -> tuple[float, float
     yy = sums[last + 1, YY] - sums[first, YY]
     lam = _smallest_eigenvalue(xx, xy, yy, x, y, n)
     a, b, c = xx - lam, yy - lam, n - lam
-    v0, v1, v2 = xy * y - b * x, xy * x - a * y, xy * xy - a * b  # v_3 is at right angles to the first two rows ...
-    w0, w1, w2 = b * c - y * y, x * y - xy * c, b * x - xy * y  # ... and to the last two
+    v0, v1, v2 = xy * y - b * x, xy * x - a * y, xy * xy - a * b  # v_3 is orthogonal to the first two rows
+    w0, w1, w2 = b * c - y * y, x * y - xy * c, b * x - xy * y  # v_3 is orthogonal to the last two rows
     if w0 * w0 + w1 * w1 + w2 * w2 > v0 * v0 + v1 * v1 + v2 * v2:
         v0, v1, v2 = w0, w1, w2
     u0, u1, u2 = x * y - xy * c, a * c - x * x, a * y - xy * x
     if u0 * u0 + u1 * u1 + u2 * u2 > v0 * v0 + v1 * v1 + v2 * v2:
         v0, v1, v2 = u0, u1, u2
-    if not v0 * v0 + v1 * v1 > 1e-24 * (xx + yy + n) ** 4:  # points on one spot: any line through it
+    if not v0 * v0 + v1 * v1 > 1e-24 * (xx + yy + n) ** 4:  # all points coincide: any line through them
         v0, v1, v2 = x / n, y / n, (x * x + y * y) / (n * n)
     alpha = np.copysign(1.0 / np.hypot(v0, v1), v2)  # eq. (12)
     return alpha * v2, np.arctan2(alpha * v1, alpha * v0)  # eq. (11)
 
 
-@compiled
+@compiled_on_views
 def _smallest_eigenvalue(xx: float, xy: float, yy: float, x: float, y: float, n: float) -> float:
-    """Find that of A^T A = [[xx, xy, -x], [xy, yy, -y], [-x, -y, n]] by Newton's method from 0, which climbs to it."""
+    """Find the smallest eigenvalue of A^T A = [[xx, xy, -x], [xy, yy, -y], [-x, -y, n]] by Newton's method from 0.
+
+    The iteration grows towards it.
+    """
     trace = xx + yy + n
     minors = xx * yy - xy * xy + xx * n - x * x + yy * n - y * y
     determinant = n * (xx * yy - xy * xy) - x * x * yy + 2.0 * x * y * xy - y * y * xx

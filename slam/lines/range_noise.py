@@ -1,15 +1,15 @@
-"""The noise of a lidar's ranges, and that of a sensor known by its name."""
+"""The noise of a lidar's ranges, and that of a sensor given by name."""
 
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 from slam.lidars import LIDARS, LidarName
 from slam.pose import FloatArray
 
-ROUGHNESS = 0.01  # metres: by so much real walls are not as flat as lines
+ROUGHNESS = 0.01  # metres by which real walls are not flat
 
 
 class RangeNoise(NamedTuple):
@@ -30,7 +30,7 @@ class RangeNoise(NamedTuple):
 
 @lru_cache
 def noise_of_sensor(name: LidarName, bound_sigmas: float) -> RangeNoise:
-    """Return the noise of the maker's bound, which is so many standard deviations."""
+    """Return the noise for a maker's bound of ``sigmas`` standard deviations."""
     model = LIDARS[name]
     return RangeNoise(
         model.near_accuracy / bound_sigmas,
@@ -40,9 +40,9 @@ def noise_of_sensor(name: LidarName, bound_sigmas: float) -> RangeNoise:
     )
 
 
-@compiled
+@compiled_on_views
 def range_variance(r: float, noise: RangeNoise) -> float:
-    """Square of ``RangeNoise.sigma`` at one range, m^2, for compiled code."""
+    """Return the square of ``RangeNoise.sigma`` at one range, m^2, for compiled code."""
     near, near_range, far, floor = noise
     slope = near if r <= near_range else far * r
     return slope * slope + floor * floor

@@ -18,8 +18,8 @@ class Segments:
     """M segments as a structure of arrays; metres and radians, all in one frame.
 
     The line of segment m is the set of (x, y) with ``x cos(theta) + y sin(theta) = rho``, eq. (2). ``start`` and
-    ``end`` are the measured points p_k(P_m) and p_k(Q_m), or lie on the line where there is a covariance; ``first`` and
-    ``last`` are the places (from 0) of P_m and Q_m among the points of the scan.
+    ``end`` are the measured points p_k(P_m) and p_k(Q_m), or, with a covariance, points on the line; ``first`` and
+    ``last`` are the indices (from 0) of P_m and Q_m among the points of the scan.
     """
 
     first: IntArray  # (M,)
@@ -28,10 +28,10 @@ class Segments:
     theta: FloatArray  # (M,)
     start: FloatArray  # (M, 2)
     end: FloatArray  # (M, 2)
-    covariance: FloatArray | None = None  # (M, 2, 2) of [rho, theta]; None where the method does not give it
+    covariance: FloatArray | None = None  # (M, 2, 2) of [rho, theta]; None if the method has none
     start_covariance: FloatArray | None = None  # (M, 2, 2) of [x, y]
     end_covariance: FloatArray | None = None  # (M, 2, 2)
-    noise: RangeNoise | None = None  # of the ranges they were fitted to, where the method asks for it
+    noise: RangeNoise | None = None  # of the ranges that they were fitted to, for methods that use it
 
     def __len__(self) -> int:
         return len(self.rho)
@@ -43,7 +43,7 @@ class Segments:
 
     @property
     def counts(self) -> IntArray:
-        """Points on each segment, shape (M,): Proc. 7, whose sign slip is mended here."""
+        """Number of points on each segment, shape (M,): Proc. 7, with its sign corrected."""
         return self.last - self.first + 1
 
     def transformed(self, T_a_b: Pose2D) -> Segments:
@@ -52,7 +52,7 @@ class Segments:
         shift = T_a_b.x * np.cos(theta) + T_a_b.y * np.sin(theta)
         turn = T_a_b.y * np.cos(theta) - T_a_b.x * np.sin(theta)
         jacobian = np.tile(np.eye(2), (len(theta), 1, 1))  # of (rho, theta) in a by those in b
-        jacobian[:, 0, 1] = turn  # where the angle is unsure, so is how far the shift moves the line
+        jacobian[:, 0, 1] = turn  # the uncertainty of the angle makes the shift of the line uncertain
         return Segments(
             self.first,
             self.last,
@@ -67,5 +67,5 @@ class Segments:
 
 
 def _propagated(jacobian: FloatArray, covariance: FloatArray | None) -> FloatArray | None:
-    """Compute J C J^T of every covariance C (M, 2, 2), for one J (2, 2) or as many."""
+    """Compute J C J^T of every covariance C (M, 2, 2), for one J (2, 2) or one for each."""
     return None if covariance is None else jacobian @ covariance @ jacobian.swapaxes(-1, -2)

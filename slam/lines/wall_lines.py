@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.beam_sums import XX, XY, YY, X, Y
 from slam.lines.segments import IntArray
 from slam.lines.wall_runs import FIRST_BEAM, MEETS_NEXT
@@ -12,12 +12,12 @@ from slam.scan import COS, SIN
 RHO, THETA = range(2)
 """Columns of the lines (K, 2)."""
 START, END = range(2)
-"""Places of the two ends of a line."""
+"""Indices of the two ends of a line."""
 AA, AB, BB = range(3)
 """Columns of the covariance of (a, b), of the line a x + b y = 1."""
-CORNER_DISTANCE = 0.10  # metres: lines of neighbouring runs that cross this near to where the runs meet make a corner
+CORNER_DISTANCE = 0.10  # metres: lines of neighbouring runs that cross this near their boundary form a corner
 CORNER_STEPS = 2.0  # steps from one beam to the next that are added to it
-MIN_CORNER_SINE = 0.2  # of the angle between these lines
+MIN_CORNER_SINE = 0.2  # sine of the least angle between these lines
 
 
 @compiled
@@ -52,9 +52,9 @@ def wall_lines(
     return kept[:K], line[:K], line_cov[:K], ends[:K], ends_cov[:K]
 
 
-@compiled
+@compiled_on_views
 def _solve(totals: FloatArray, ab: FloatArray, cov: FloatArray) -> bool:
-    """Solve for (a, b) of a x + b y = 1 and its covariance from the six sums; False where they leave it open."""
+    """Solve for (a, b) of a x + b y = 1 and its covariance from the six sums; False if they are singular."""
     x, y, xx, xy, yy = totals[X], totals[Y], totals[XX], totals[XY], totals[YY]
     determinant = xx * yy - xy * xy
     if not determinant > 1e-12 * xx * yy:
@@ -64,30 +64,30 @@ def _solve(totals: FloatArray, ab: FloatArray, cov: FloatArray) -> bool:
     return True
 
 
-@compiled
+@compiled_on_views
 def _polar(ab: FloatArray, cov: FloatArray, line: FloatArray, line_cov: FloatArray) -> None:
     """Convert (a, b) and its covariance to [rho, theta]: rho = 1 / |(a, b)|, theta = atan2(b, a)."""
-    a, b = ab
+    a, b = ab[0], ab[1]
     rho = 1.0 / np.sqrt(a * a + b * b)
     line[RHO], line[THETA] = rho, np.arctan2(b, a)
     ra, rb = -a * rho**3, -b * rho**3
     ta, tb = -b * rho**2, a * rho**2
-    aa, ab_, bb = cov
+    aa, ab_, bb = cov[AA], cov[AB], cov[BB]
     line_cov[RHO, RHO] = ra * ra * aa + 2.0 * ra * rb * ab_ + rb * rb * bb
     line_cov[THETA, THETA] = ta * ta * aa + 2.0 * ta * tb * ab_ + tb * tb * bb
     line_cov[RHO, THETA] = line_cov[THETA, RHO] = ra * ta * aa + (ra * tb + rb * ta) * ab_ + rb * tb * bb
 
 
-@compiled
+@compiled_on_views
 def _end(
     ab: FloatArray, cov: FloatArray, c: float, s: float, spacing: float, end: FloatArray, end_cov: FloatArray
 ) -> None:
-    """Find where the beam of this cosine and sine meets the line.
+    """Return the intersection of the line with the beam of this cosine and sine.
 
-    That point is as sure as the line is along the beam. Along the line, the wall ends anywhere up to the next beam: the
-    mean square of that error is a third of the square of the way there.
+    Its uncertainty along the beam is that of the line. Along the line, the wall ends anywhere up to the next beam: the
+    mean square of that error is a third of the squared distance to it.
     """
-    a, b = ab
+    a, b = ab[0], ab[1]
     r = 1.0 / (a * c + b * s)
     end[0], end[1] = (r * c, r * s) if r > 0.0 else (np.nan, np.nan)
     along_beam = r**4 * (c * c * cov[AA] + 2.0 * c * s * cov[AB] + s * s * cov[BB])
@@ -97,16 +97,16 @@ def _end(
     end_cov[0, 1] = end_cov[1, 0] = along_beam * c * s + step_x * step_y / 3.0
 
 
-@compiled
+@compiled_on_views
 def _corner(ab: FloatArray, cov: FloatArray, spacing: float, ends: FloatArray, ends_cov: FloatArray) -> None:
-    """Let two neighbours end where their lines cross, with the covariance that follows from both lines."""
-    (a0, b0), (a1, b1) = ab
+    """End two neighbours at their intersection, with the covariance that follows from both lines."""
+    a0, b0, a1, b1 = ab[0, 0], ab[0, 1], ab[1, 0], ab[1, 1]
     cross = a0 * b1 - a1 * b0
     if cross * cross < MIN_CORNER_SINE**2 * (a0 * a0 + b0 * b0) * (a1 * a1 + b1 * b1):
         return
     x, y = (b1 - b0) / cross, (a0 - a1) / cross
     for k in range(2):
-        end_x, end_y = ends[k, 1 - k]
+        end_x, end_y = ends[k, 1 - k, 0], ends[k, 1 - k, 1]
         step = (end_x * end_x + end_y * end_y) * np.hypot(ab[k, 0], ab[k, 1]) * abs(spacing)
         if np.hypot(x - end_x, y - end_y) > CORNER_DISTANCE + CORNER_STEPS * step:
             return

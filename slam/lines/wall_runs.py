@@ -10,9 +10,9 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 FIRST_POINT, LAST_POINT, FIRST_BEAM, LAST_BEAM, MEETS_NEXT = range(5)
-"""Columns of runs (M, 5): points are the beams with an echo; MEETS_NEXT is 1 where the next point is the first of the
-next run, else 0."""
-THREE_RUNS = 1.5  # the cost allowed for making one run of three is this times that for two: four parameters go, not two
+"""Columns of runs (M, 5): points are the beams with an echo; MEETS_NEXT is 1 if the next point is the first of the next
+run, else 0."""
+THREE_RUNS = 1.5  # limit for merging three runs over that for two: four parameters less, not two
 
 
 @compiled
@@ -22,7 +22,7 @@ def wall_runs(
 ) -> tuple[IntArray, FloatArray]:  # fmt: skip
     """Find the runs (M, 5) of the beams of one scan, and the six sums of each, shape (M, 6).
 
-    ``fan`` (3, N) has the bearings in order, ``reach`` the least and greatest range that is an echo.
+    ``fan`` (3, N) has the bearings in order; ``reach`` is the least and greatest range of an echo.
     """
     N = len(ranges)
     sums, beam, after_gap = np.empty((N + 1, SUMS)), np.empty(N, np.int64), np.empty(N + 1, np.bool_)
@@ -31,7 +31,7 @@ def wall_runs(
     m = cut_blocks(sums, after_gap, n, partition)
     m = merge(sums, m, partition, merge_cost)
     scale = reduced_chi_square(m, partition)
-    if scale > 1.0:  # the ranges are noisier than they were said to be
+    if scale > 1.0:  # the ranges are noisier than assumed
         merge_cost *= scale
         m = merge(sums, m, partition, merge_cost)
     m = drop_small(sums, m, partition, merge_cost)
@@ -46,7 +46,7 @@ def wall_runs_of_scans(
     ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], noise: RangeNoise, merge_cost: float,
     min_points: int,
 ) -> tuple[IntArray, FloatArray, IntArray]:  # fmt: skip
-    """Find the runs in scans (B, N) of one sensor: runs (B, most, 5), sums (B, most, 6), how many (B,)."""
+    """Find the runs in scans (B, N) of one sensor: runs (B, most, 5), sums (B, most, 6), their number (B,)."""
     scans, most = len(ranges), ranges.shape[1] // min_points + 1
     runs, totals = np.empty((scans, most, 5), np.int64), np.empty((scans, most, SUMS))
     counts = np.empty(scans, np.int64)
@@ -61,7 +61,7 @@ def wall_runs_of_scans(
 def _kept(
     sums: FloatArray, m: int, partition: Partition, beam: IntArray, min_points: int
 ) -> tuple[IntArray, FloatArray]:
-    """Return the runs of enough points, and their sums."""
+    """Return the runs with enough points, and their sums."""
     start, after_gap, _ = partition
     runs, totals = np.empty((m, 5), np.int64), np.empty((m, SUMS))
     M = 0
@@ -71,6 +71,7 @@ def _kept(
             run = runs[M]
             run[FIRST_POINT], run[LAST_POINT], run[FIRST_BEAM], run[LAST_BEAM] = first, last, beam[first], beam[last]
             run[MEETS_NEXT] = not after_gap[k + 1] and start[k + 2] - start[k + 1] >= min_points
-            totals[M] = sums[last + 1] - sums[first]
+            for i in range(SUMS):
+                totals[M, i] = sums[last + 1, i] - sums[first, i]
             M += 1
     return runs[:M], totals[:M]

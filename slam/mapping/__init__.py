@@ -1,1 +1,1 @@
-"""Maps made of scans and poses: the points and lines of section 4.1, and the surfels of this project."""
+"""Maps made from scans and poses: the points and lines of section 4.1, and the surfels of this project."""

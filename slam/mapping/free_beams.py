@@ -1,38 +1,38 @@
-"""The beams of a scan and how far each was free, with what finds the one that looks towards a place, compiled."""
+"""The beams of a scan with their free ranges, and a search for the beam towards a position, compiled."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 from slam.scan import BEARING, COS, SIN, LaserScan
 
 CORRECTIONS = 3  # steps from the beam of an even fan to that of the fan itself
-MOST_SECTORS = 64
-"""Sectors of the full turn, each with the range up to which any of its beams was free."""
-BEAMS_A_SECTOR = 4  # of a full turn, so that no sector between two beams is empty
+MAX_SECTORS = 64
+"""Sectors of the full turn, each with the longest free range of its beams."""
+BEAMS_PER_SECTOR = 4  # of a full turn, so that no sector between two beams is empty
 
 
 class FreeBeams(NamedTuple):
     """Beams of a scan, each with the range over which it was certainly free."""
 
     ranges: FloatArray
-    """(N,), metres: 0 for an error or a reading that is too near."""
+    """(N,): free range, metres; 0 for an error or a reading that is too near."""
     echoes: NDArray[np.bool_]
-    """(N,): True where the beam ended on something there."""
+    """(N,): True if the beam has an echo."""
     fan: FloatArray
-    """(3, N), see scan.py: that of a deskewed scan is not even, so that a beam is looked up in it."""
+    """(3, N), see scan.py; a deskewed scan is uneven, so that a beam is searched in it."""
     angle_min: float
     angle_increment: float
-    """Step of the fan before it was deskewed, from which the look-up starts."""
+    """Step of the fan before it was deskewed, for the start of the search."""
     farthest: FloatArray
-    """(S,): the greatest range in each sector and its two neighbours; it tells quickly what is hidden."""
+    """(S,): the greatest range in each sector and its two neighbours, for a fast check of what is hidden."""
 
 
 def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
-    """Free ranges of a scan; a beam without an echo is believed to have been free for ``no_echo_reach`` metres."""
+    """Return the free ranges of a scan; a beam without an echo counts as free for ``no_echo_reach`` metres."""
     fan = scan.fan
     ranges, echoes = _free_ranges(scan.ranges, scan.range_min, scan.range_max, no_echo_reach)
     return FreeBeams(ranges, echoes, fan, scan.angle_min, scan.angle_increment, _farthest(ranges, fan))
@@ -42,7 +42,7 @@ def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
 def _free_ranges(
     readings: FloatArray, range_min: float, range_max: float, no_echo_reach: float
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Free ranges and echoes of the readings (N,), for a sensor with these bounds."""
+    """Return free ranges and echoes of the readings (N,), for a sensor with these range limits."""
     ranges, echoes = np.zeros(len(readings)), np.zeros(len(readings), np.bool_)
     for j in range(len(readings)):
         if readings[j] == np.inf:
@@ -54,7 +54,7 @@ def _free_ranges(
 
 @compiled
 def _farthest(ranges: FloatArray, fan: FloatArray) -> FloatArray:
-    sectors = max(min(MOST_SECTORS, len(ranges) // BEAMS_A_SECTOR), 1)
+    sectors = max(min(MAX_SECTORS, len(ranges) // BEAMS_PER_SECTOR), 1)
     farthest = np.zeros(sectors)
     for j in range(len(ranges)):
         at = _sector(fan[COS, j], fan[SIN, j], sectors)
@@ -63,26 +63,26 @@ def _farthest(ranges: FloatArray, fan: FloatArray) -> FloatArray:
     return farthest
 
 
-@compiled
+@compiled_on_views
 def _sector(x: float, y: float, sectors: int) -> int:
-    """The sector of a direction, without any trigonometry: a quarter turn is a quarter of them, not evenly."""
+    """Return the sector of a direction, without trigonometry: a quarter turn is a quarter of them, unevenly divided."""
     part = y / (abs(x) + abs(y))
     turn = part if x >= 0.0 else 2.0 - part
     return int((turn + 1.0) * 0.25 * sectors) % sectors
 
 
-@compiled
+@compiled_on_views
 def is_hidden(farthest: FloatArray, x: float, y: float, distance: float) -> bool:
-    """True where no beam towards (x, y), sensor frame, was free for this distance; asked first, as it is quick."""
+    """Return True if no beam towards (x, y), sensor frame, was free for this distance; a fast first check."""
     return bool(farthest[_sector(x, y, len(farthest))] <= distance)
 
 
-@compiled
+@compiled_on_views
 def beam_towards(beams: FreeBeams, pose: FloatArray, dx: float, dy: float) -> int:
-    """The beam from ``pose`` (3,) nearest to the direction (dx, dy), map frame; below 0, or N and more, for none.
+    """Return the beam from ``pose`` (3,) nearest to (dx, dy), map frame; below 0, or N and more, for none.
 
-    The beams of a deskewed scan are nearly even: the offset of the one that an even fan would have leads to the right
-    one.
+    The beams of a deskewed scan are nearly even: the offset at the corresponding beam of an even fan leads to the
+    nearest one.
     """
     heading = np.arctan2(dy, dx) - pose[2]
     bearing = heading - beams.angle_min

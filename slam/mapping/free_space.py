@@ -1,22 +1,22 @@
-"""Surfels that beams went through, compiled: counted, and taken out of the grid when that was too often."""
+"""Counts beams that went through surfels, and removes surfels with too many, compiled."""
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
 from slam.mapping.surfel_grid import ALIVE, FREE, HITS, MISSES, NX, NY, Grid, X, Y
 from slam.pose import FloatArray
 
-EDGE_ON_COSINE = 0.35  # of incidence, below which it is not asked whether a beam went through a surfel
-FORGIVEN_MISSES = 2.0  # misses that a surfel may have more than its hits allow
-MIN_DISTANCE = 0.1  # metres: nothing nearer to the sensor is asked for
+EDGE_ON_COSINE = 0.35  # least cosine of incidence at which a beam can pass a surfel
+FORGIVEN_MISSES = 2.0  # misses that a surfel may have beyond those allowed by its hits
+MIN_DISTANCE = 0.1  # metres: nearer surfels are not checked
 
 
 @compiled
 def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float, miss_ratio: float) -> None:
     """Count a miss for every surfel within ``reach`` that the beams from ``pose`` (3,) passed by more than ``margin``.
 
-    The margin is in metres. Surfels missed too often are removed.
+    The margin is in metres. Surfels with too many misses are removed.
     """
     surfels, farthest = grid.surfels, beams.farthest
     x, y, c, s = pose[0], pose[1], np.cos(pose[2]), np.sin(pose[2])
@@ -45,9 +45,9 @@ def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: 
                 k = after
 
 
-@compiled
+@compiled_on_views
 def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> int:
-    """Count the surfels, seen twice or more, that the beams passed, as in ``carve``, which would count a miss."""
+    """Count the surfels, seen at least twice, that the beams passed, as in ``carve``, without counting misses."""
     count = 0
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
     for row in range(low_row, high_row):
@@ -60,9 +60,9 @@ def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: fl
     return count
 
 
-@compiled
+@compiled_on_views
 def cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, int, int]:
-    """The first row of the cells within ``reach`` and the one after the last, and so with the columns."""
+    """Return the first row of the cells within ``reach``, the one after the last, and the same for the columns."""
     rows, columns = grid.head.shape
     low_row = int(np.floor((pose[1] - reach) / grid.cell)) - grid.corner[0]
     high_row = int(np.floor((pose[1] + reach) / grid.cell)) - grid.corner[0] + 1
@@ -71,9 +71,9 @@ def cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, 
     return max(low_row, 0), min(high_row, rows), max(low_column, 0), min(high_column, columns)
 
 
-@compiled
+@compiled_on_views
 def _seen_through(surfels: FloatArray, k: int, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> bool:
-    """True where the beam towards the surfel ``k`` and both its neighbours went farther."""
+    """Return True if the beam towards the surfel ``k`` and both its neighbours went farther."""
     ranges = beams.ranges
     dx, dy = surfels[k, X] - pose[0], surfels[k, Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)

@@ -1,4 +1,4 @@
-"""The map of lines: the segments of every scan that was mapped, as Figs. 16 and 21(c) show them."""
+"""The map of lines: the segments of every mapped scan, as in Figs. 16 and 21(c)."""
 
 import numpy as np
 

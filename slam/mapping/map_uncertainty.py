@@ -9,29 +9,29 @@ from slam.motion_model import propagate
 from slam.pose import FloatArray, Pose2D
 
 TILE: Final = 2.0
-"""Metres: the map within one such square moves as one piece."""
+"""Side of a square of the map, metres, that moves as one piece."""
 AVERAGED: Final = 13.0
 """Metres and radians of new map that add the variance of one match: it is made by many scans, whose errors average."""
 LEFT: Final = 2.0 * TILE
-"""Metres from where the map grew last, after which it is left behind."""
+"""Distance from the last growth of the map, metres, beyond which the frontier ends."""
 
 Tiles = dict[tuple[int, int], tuple[Pose2D, FloatArray]]
 """Tiles by column and row: the pose at which each was entered first, and the covariance (3, 3) of the map there."""
 
 
 class Frontier(NamedTuple):
-    """The way since a tile was entered for the first time, of which the next new tile inherits the errors."""
+    """The path since a tile was entered for the first time; the next new tile inherits its errors."""
 
     began: Pose2D
     reach: float
-    """Greatest distance of the robot from there, metres and radians together."""
+    """Greatest distance of the robot from its start, metres and radians added."""
     drift: FloatArray
-    """Covariance (3, 3) that the matches on the way have left in the map."""
+    """Covariance (3, 3) that the matches on the path have left in the map."""
     widest: FloatArray
-    """The greatest covariance (3, 3) of a match on the way."""
+    """The greatest covariance (3, 3) of a match on the path."""
 
     def moved(self, pose: Pose2D, match_covariance: FloatArray) -> "Frontier":
-        """The frontier after a match at this pose."""
+        """Return the frontier after a match at this pose."""
         motion = self.began.between(pose)
         reach = max(self.reach, motion.distance(Pose2D()) + abs(motion.theta))
         drift = self.drift + (reach - self.reach) / AVERAGED * match_covariance
@@ -39,21 +39,21 @@ class Frontier(NamedTuple):
         return Frontier(self.began, reach, drift, match_covariance if wider else self.widest)
 
     def inherited(self, match_covariance: FloatArray) -> FloatArray:
-        """Covariance (3, 3) that the map beyond has more than the map here.
+        """Return the covariance (3, 3) of the map beyond, in addition to that of the map here.
 
-        It is the drift, and what later matches were surer of than the widest on the way: they were surer of what was
-        mapped since, which is off by as much.
+        It is the drift, plus the accuracy of later matches beyond that of the widest on the path: they were accurate
+        against newer parts of the map, which have that error too.
         """
         values, vectors = np.linalg.eigh(self.widest - match_covariance)
         return np.asarray(self.drift + (vectors * np.maximum(values, 0.0)) @ vectors.T)
 
 
 class MapUncertainty:
-    """The covariance that the map had where and when each of its tiles was first entered.
+    """The covariance of the map in each tile, at the time and pose of its first entry.
 
-    A scan tells where the robot is in the map; the map itself was made from poses, each matched to what was there
-    before. So the error of a pose is that of the tile it is in, carried over from where the tile was entered, and that
-    of the match. A robot that comes back to an old tile has no more error than it had there at first.
+    A scan measures the robot's pose in the map; the map itself was made from poses, each matched to the earlier map. So
+    the error of a pose is that of its tile, transformed from the first entry of the tile, plus that of the match. A
+    robot that returns to an old tile has no more error than it had there at first.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class MapUncertainty:
         self.here, self.frontier = here, frontier
 
     def nearest_tile(self, pose: Pose2D) -> tuple[int, int] | None:
-        """The tile that was entered nearest to a pose; None where there is none."""
+        """Return the tile with the nearest entry to a pose; None if there is none."""
         return min(self.tiles, key=lambda tile: self.tiles[tile][0].distance(pose), default=None)
 
     def pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from slam.pose import FloatArray, Pose2D
 
 
 class PointMap:
-    """W_k of eq. (18): every point of every scan, in the map frame. It grows with the run, as the paper's does."""
+    """W_k of eq. (18): every point of every scan, in the map frame. As in the paper, it grows with the run."""
 
     def __init__(self) -> None:
         self._store = np.empty((1024, 2))
@@ -36,9 +36,9 @@ class PointMap:
     def draw_visible(
         self, T_map_laser: Pose2D, lidar: Lidar, config: PointMapConfig, random: np.random.Generator
     ) -> FloatArray:
-        """A random share of the points that ``lidar`` could see from there, in the sensor frame, shape (N*, 2).
+        """Draw a random share of the points that ``lidar`` could see from there, in the sensor frame, shape (N*, 2).
 
-        w* of eq. (20), kept where the sensor reaches, and thinned as section 5.1 does (75 %).
+        w* of eq. (20), within the range of the sensor, and thinned as in section 5.1 (75 %).
         """
         reach = min(lidar.range_max, config.reach)
         near = self.points[np.abs(self.points - T_map_laser.translation).max(axis=1, initial=0.0) <= reach]
@@ -48,7 +48,7 @@ class PointMap:
 
 
 def _visible(points: FloatArray, lidar: Lidar, reach: float) -> NDArray[np.bool_]:
-    """True for each point (N, 2), sensor frame, in the fan of the lidar and no farther than ``reach`` metres."""
+    """Return True for each point (N, 2), sensor frame, in the fan of the lidar and no farther than ``reach`` metres."""
     distance = np.hypot(points[:, 0], points[:, 1])
     bearing = np.arctan2(points[:, 1], points[:, 0])
     in_fan = (bearing - lidar.angle_min) % (2 * np.pi) <= lidar.angle_max - lidar.angle_min

@@ -1,7 +1,7 @@
-"""The view that the map predicts from a pose, beside that of a scan, compiled: how far the two agree.
+"""Agreement of a scan with the view that the map predicts from a pose, compiled.
 
-Facets that find no wall say little where the robot looks at what it has not seen before. Beams that should have met a
-wall of the map, and did not, speak against a pose wherever it is.
+Facets without a matching wall are no evidence against a pose, as the robot may see a new area. Beams that should have
+hit a wall of the map, and did not, are evidence against it.
 """
 
 from typing import NamedTuple
@@ -9,49 +9,52 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.mapping.free_beams import FreeBeams
 from slam.mapping.free_space import cells_around
 from slam.mapping.surfel_grid import NX, NY, Grid, X, Y
 from slam.pose import FloatArray
 
-TOLERANCE = 0.15  # metres across a wall, within which a reading lies on it
-EDGE_ON = 0.2  # cosine of incidence, below which a wall is too edge-on to be predicted
-HIDDEN_WEIGHT = 0.25  # of a beam that ends before the wall, against one that passed it
+TOLERANCE = 0.15  # metres across a wall within which a reading lies on it
+EDGE_ON = 0.2  # least cosine of incidence at which a wall is predicted
+HIDDEN_WEIGHT = 0.25  # weight of a beam that ends before the wall, against one that passed it
 CORE = 0.5  # share of a surfel's width, about its middle, that is surely wall
-LEAST_PREDICTED = 0.1  # share of the beams for which a wall is predicted: below it the map says nothing
+MIN_PREDICTED = 0.1  # least share of the beams with a predicted wall
 CLUSTER_WIDTH = 0.05  # metres to each side
 
 
 class View(NamedTuple):
-    """Shares of the beams with a reading; the map predicts no wall for the rest."""
+    """Shares of the beams with a reading; for the rest the map predicts no wall."""
 
     agreeing: float
-    """End on the wall that the map predicts."""
+    """Share that ends on the predicted wall."""
     through: float
-    """Go on beyond it."""
+    """Share that continues beyond it."""
     hidden: float
-    """End before it."""
+    """Share that ends before it."""
 
     @property
     def against(self) -> float:
-        """The share that speaks against the pose: what is hidden less, as something new may stand before a wall."""
+        """Share that contradicts the pose.
+
+        Beams that end early count less, as something new may stand before a wall.
+        """
         return self.through + HIDDEN_WEIGHT * self.hidden
 
     @property
     def borne_out(self) -> float:
-        """The share that ends there of the beams for which the map predicts a wall; 1 where that is hardly any."""
-        if self.agreeing + self.through + self.hidden < LEAST_PREDICTED:
+        """Share of the beams with a predicted wall that end on it; 1 if there are hardly any."""
+        if self.agreeing + self.through + self.hidden < MIN_PREDICTED:
             return 1.0
         return self.agreeing / max(self.agreeing + self.against, 1e-9)
 
 
 @compiled
 def compare_view(grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], pose: FloatArray, reach: float) -> View:
-    """Compare the readings with the first wall of the map within ``reach`` that each beam from ``pose`` (3,) meets.
+    """Compare the readings with the first wall of the map within ``reach`` along each beam from ``pose`` (3,).
 
-    ``echoes`` (N,) tells the beams that ended on something. What only grazes the end of a surfel is not asked: the wall
-    may be shorter.
+    ``echoes`` (N,) is True for beams with an echo. Beams that only graze the end of a surfel are ignored: the wall may
+    be shorter.
     """
     count = len(beams.ranges)
     nearest, across, surely = np.full(count, np.inf), np.zeros(count), np.zeros(count, np.bool_)
@@ -78,12 +81,12 @@ def compare_view(grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], pose: 
     return View(agreeing / max(readings, 1), through / max(readings, 1), hidden / max(readings, 1))
 
 
-@compiled
+@compiled_on_views
 def _predict(
     s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: float, half: float, nearest: FloatArray,
     across: FloatArray, surely: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Take the surfel as what the beams towards it meet, where nothing nearer is known."""
+    """Set the surfel as the predicted wall of its beams, if nothing nearer is known."""
     dx, dy = s[X] - pose[0], s[Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)
     if not half < distance < reach:

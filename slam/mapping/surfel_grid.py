@@ -1,4 +1,4 @@
-"""The grid of surfels as plain arrays, for compiled functions, and room in it for more."""
+"""The grid of surfels as plain arrays for compiled functions, and its enlargement."""
 
 from typing import Final, NamedTuple
 
@@ -12,19 +12,19 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 X, Y, NX, NY, INFORMATION, HITS, MISSES, BORN = range(8)
-"""Columns of surfels (S, 8): centre (m, map frame), unit normal away from where it was seen (0, 0 for a cluster of
-points), information along the normal (m^-2), how often it was hit, and missed since, and the ``way`` when it was seen
-first. The first four are those of facets too."""
+"""Columns of surfels (S, 8): centre (m, map frame), unit normal away from the sensor (0, 0 for a cluster of points),
+information along the normal (m^-2), number of hits, number of misses since, and ``way`` at its first hit. The first
+four are those of facets too."""
 COLUMNS: Final = 8
-PIECES_A_CELL: Final = 4
-PIECES: Final = 2 * PIECES_A_CELL
+PIECES_PER_CELL: Final = 4
+PIECES: Final = 2 * PIECES_PER_CELL
 AXIS: Final = PIECES
-"""Columns of evidence (S, 9): a count for each piece of the surfel's line, see wall_evidence.py, and 1 where they are
-cut along y, 0 along x."""
+"""Columns of evidence (S, 9): a count for each piece of the surfel's line, see wall_evidence.py, and 1 if the pieces
+are cut along y, 0 along x."""
 TAKEN, FREE, ALIVE = range(3)
-"""Places in ``Grid.counts``."""
+"""Indices in ``Grid.counts``: used rows, first free row, surfels alive."""
 MARGIN: Final = 64
-"""Cells by which the grid is made larger than what it must cover."""
+"""Cells by which the grid is larger than necessary."""
 
 
 class Grid(NamedTuple):
@@ -37,17 +37,18 @@ class Grid(NamedTuple):
     surfels: FloatArray
     evidence: NDArray[np.int8]
     corner: IntArray
-    """(2,): row and column of the map frame in which ``head[0, 0]`` lies."""
+    """(2,): row and column of ``head[0, 0]`` in the map frame."""
     cell: float
-    """Metres."""
+    """Side of a cell, metres."""
     counts: IntArray
-    """(3,): how many rows of ``surfels`` were ever taken, the first of the free list or -1, and how many are alive."""
+    """(3,): number of rows of ``surfels`` ever used, the first of the free list or -1, and the number of surfels
+    alive."""
     way: float
-    """Way and turns of the sensor while this map was made, metres and radians together."""
+    """Path length of the sensor while this map was made, metres and radians added."""
 
 
 def empty_grid(cell: float) -> Grid:
-    """A grid around the origin without a surfel; ``cell`` in metres."""
+    """Make a grid around the origin without a surfel; ``cell`` in metres."""
     return Grid(
         head=np.full((2 * MARGIN, 2 * MARGIN), -1, np.int32),
         next=np.full(1024, -1, np.int32),
@@ -61,9 +62,9 @@ def empty_grid(cell: float) -> Grid:
 
 
 def with_room(grid: Grid, low: IntArray, high: IntArray, more: int) -> Grid:
-    """The grid, enlarged if need be for ``more`` surfels in the cells ``low`` to ``high``, row and column (2,).
+    """Return the grid, enlarged if necessary for ``more`` surfels in the cells ``low`` to ``high``, row, column (2,).
 
-    InputError where it would have more cells than the limit allows.
+    InputError if it would have more cells than the limit.
     """
     shape = np.array(grid.head.shape)
     if (low < grid.corner).any() or (high >= grid.corner + shape).any():
@@ -87,19 +88,22 @@ def with_room(grid: Grid, low: IntArray, high: IntArray, more: int) -> Grid:
 
 @compiled
 def room_needed(facets: FloatArray, pose: FloatArray, cell: float) -> tuple[IntArray, IntArray, int]:
-    """The least and the greatest row and column (2,) that facets (F, 7) seen from ``pose`` (3,) touch.
+    """Return the least and the greatest row and column (2,) that facets (F, 7) from ``pose`` (3,) touch.
 
-    The third value is the number of surfels that they and the walls between them make at most.
+    The third value is an upper bound of the number of surfels for them and the walls between them.
     """
     c, s = np.cos(pose[2]), np.sin(pose[2])
-    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    low_x = low_y = np.inf
+    high_x = high_y = -np.inf
     path = last_x = last_y = 0.0
     for f in range(len(facets)):
         x, y = pose[0] + c * facets[f, X] - s * facets[f, Y], pose[1] + s * facets[f, X] + c * facets[f, Y]
-        low[0], low[1] = min(low[0], y), min(low[1], x)
-        high[0], high[1] = max(high[0], y), max(high[1], x)
+        low_x, low_y, high_x, high_y = min(low_x, x), min(low_y, y), max(high_x, x), max(high_y, y)
         if f > 0:
             path += abs(x - last_x) + abs(y - last_y)
         last_x, last_y = x, y
     most = int(path * 2.0 / cell) + 2 * len(facets)
-    return np.floor(low / cell).astype(np.int64), np.floor(high / cell).astype(np.int64), most
+    low, high = np.empty(2, np.int64), np.empty(2, np.int64)
+    low[0], low[1] = int(np.floor(low_y / cell)), int(np.floor(low_x / cell))
+    high[0], high[1] = int(np.floor(high_y / cell)), int(np.floor(high_x / cell))
+    return low, high, most

@@ -1,6 +1,6 @@
-"""The map of this project: surfels, short pieces of wall that know from which side they were seen.
+"""The map of this project: surfels, short pieces of wall with the side from which they were seen.
 
-It grows with the area that was seen and not with time: a cell has one surfel for each wall in it and each side of that.
+It grows with the seen area and not with time: a cell has one surfel for each side of each wall in it.
 """
 
 from math import floor
@@ -18,11 +18,11 @@ from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
 WEIGHED_EVERY = 0.1
-"""Metres and radians of way between two scans that tell where there is wall; one from nearer tells the same."""
+"""Path length between two scans that add evidence of walls, metres and radians added; nearer scans are redundant."""
 
 
 class SurfelMap:
-    """Surfels in a grid; the walls that they make are at ``ends``."""
+    """Surfels in a grid; ``ends`` are the walls that they form."""
 
     def __init__(self, config: SurfelMapConfig, grid: Grid | None = None) -> None:
         self.config = config
@@ -40,7 +40,7 @@ class SurfelMap:
 
     @property
     def points(self) -> FloatArray:
-        """Their centres, shape (S, 2), metres, map frame."""
+        """Centres of the surfels, shape (S, 2), metres, map frame."""
         return self.surfels[:, :2]
 
     @property
@@ -52,22 +52,25 @@ class SurfelMap:
 
     @property
     def nbytes(self) -> int:
-        """Memory of the map."""
+        """Memory of the map, bytes."""
         return sum(array.nbytes for array in self.grid if isinstance(array, np.ndarray))
 
     def add(
         self, facets: FloatArray, scan: LaserScan, T_map_laser: Pose2D, moved: float = 0.0, walls: bool = True
     ) -> None:
-        """Put the facets (F, 7) of a scan into the map, and let fade what its beams went through; see ``write``."""
+        """Add the facets (F, 7) of a scan to the map, and count misses of surfels that its beams passed.
+
+        The arguments are those of ``write``.
+        """
         self.write(facets, free_beams(scan, self.config.no_echo_reach), T_map_laser, moved, walls)
 
     def write(
         self, facets: FloatArray, beams: FreeBeams, T_map_laser: Pose2D, moved: float = 0.0, walls: bool = True
     ) -> None:
-        """Put facets (F, 7) into the map, and let fade what the beams of their scan went through.
+        """Add facets (F, 7) to the map, and count misses of surfels that the beams of their scan passed.
 
-        The sensor ``moved`` so far since the scan before, metres and radians together. ``walls`` says if the beams
-        shall tell where there is wall; a map that nobody asks for ``ends`` can do without.
+        ``moved`` is the motion of the sensor since the previous scan, metres and radians added. ``walls`` says if the
+        beams add evidence of walls; a map whose ``ends`` are not used needs none.
         """
         config, pose = self.config, T_map_laser.as_array()
         before, way = self.grid.way, self.grid.way + moved

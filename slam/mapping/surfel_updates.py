@@ -2,21 +2,21 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.facets import LINKED, VARIANCE
 from slam.mapping.surfel_grid import ALIVE, AXIS, BORN, FREE, HITS, INFORMATION, MISSES, NX, NY, TAKEN, Grid, X, Y
 from slam.pose import FloatArray
 
-JOIN_COSINE = 0.8  # between the normals of a surfel and of a facet that may join it, at least
+JOIN_COSINE = 0.8  # least cosine between the normals of a surfel and of a facet that joins it
 GAP_INFORMATION = 0.25  # information of a piece of wall between two beams, over that of a piece with beams
-NOISE_MISS = 0.1  # of a miss for what is not yet sure, when something else was seen in its cell
+NOISE_MISS = 0.1  # misses of an uncertain surfel when something else was seen in its cell
 
 
 @compiled
 def put(grid: Grid, facets: FloatArray, pose: FloatArray, gate: float, max_hits: float, pose_sigma: float) -> None:
-    """Add facets (F, 7), sensor frame, as seen from ``pose`` (3,); the grid must have room for them.
+    """Add facets (F, 7), sensor frame, seen from ``pose`` (3,); the grid must have room for them.
 
-    A wall goes on between the facets of one segment, however far apart the beams were.
+    A wall continues between the facets of one segment, however far apart the beams were.
     """
     c, s = np.cos(pose[2]), np.sin(pose[2])
     last_x = last_y = 0.0
@@ -38,7 +38,7 @@ def put(grid: Grid, facets: FloatArray, pose: FloatArray, gate: float, max_hits:
 def _put_one(
     grid: Grid, x: float, y: float, nx: float, ny: float, information: float, gate: float, max_hits: float
 ) -> None:
-    """Merge into the nearest surfel of the cell that faces this way, or begin one."""
+    """Merge into the nearest surfel of the cell that faces this way, or make a new one."""
     row, column = int(np.floor(y / grid.cell)) - grid.corner[0], int(np.floor(x / grid.cell)) - grid.corner[1]
     first = grid.head[row, column]
     nearest = _nearest(grid, first, x, y, nx, ny, gate)
@@ -55,9 +55,9 @@ def _put_one(
     grid.head[row, column] = k
 
 
-@compiled
+@compiled_on_views
 def _nearest(grid: Grid, first: int, x: float, y: float, nx: float, ny: float, gate: float) -> int:
-    """The surfel of a cell's list that is nearer than ``gate`` and faces this way, -1 for none."""
+    """Return the nearest surfel of a cell's list, nearer than ``gate`` and facing this way, -1 for none."""
     wall = nx != 0.0 or ny != 0.0
     best, nearest = -1, gate
     k, s = first, grid.surfels
@@ -74,7 +74,7 @@ def _nearest(grid: Grid, first: int, x: float, y: float, nx: float, ny: float, g
 
 @compiled
 def _take_row(grid: Grid) -> int:
-    """A row of ``surfels`` for a new one: the first free one, or one never taken."""
+    """Return a row of ``surfels`` for a new one: the first free row, or a new row."""
     k = grid.counts[FREE]
     if k >= 0:
         grid.counts[FREE] = grid.next[k]
@@ -85,12 +85,12 @@ def _take_row(grid: Grid) -> int:
     return int(k)
 
 
-@compiled
+@compiled_on_views
 def _count_noise(grid: Grid, first: int, seen: int, nx: float, ny: float, max_hits: float) -> None:
-    """Let fade the surfels of a cell that are not yet sure and should have been seen with ``seen``.
+    """Count misses of uncertain surfels of a cell that should have been seen with ``seen``.
 
-    One that is hit less than one time in ten that its neighbour is hit is noise. It would pile up along every wall for
-    as long as one drives.
+    One that is hit less than a tenth as often as its neighbour is noise. Otherwise noise would accumulate along every
+    wall during a long run.
     """
     k, s = first, grid.surfels
     while k >= 0:
@@ -99,11 +99,11 @@ def _count_noise(grid: Grid, first: int, seen: int, nx: float, ny: float, max_hi
         k = grid.next[k]
 
 
-@compiled
+@compiled_on_views
 def _merge(
     s: FloatArray, k: int, x: float, y: float, nx: float, ny: float, information: float, max_hits: float
 ) -> None:
-    """Weighted means of the surfel ``k`` and what was seen; nothing moves any more once it was seen often."""
+    """Merge an observation into the surfel ``k`` by weighted means; a surfel with many hits is fixed."""
     s[k, MISSES] = max(0.0, s[k, MISSES] - 1.0)
     if s[k, HITS] >= max_hits:
         return

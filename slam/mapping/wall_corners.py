@@ -2,19 +2,19 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.mapping.wall_doubles import boxes_of
 from slam.pose import FloatArray
 
-REACH = 0.2  # metres that a wall is cut back to where it meets another, at most: a cell
-STUB = 0.5  # metres at most, where a cell is left: what lies behind a better wall is made of the echoes of that
-EXTENSION = 0.1  # metres that it is made longer, at most
-SAME_LINE = 0.34  # sine between two walls, below which they make no corner
+REACH = 0.2  # metres, the largest cut of a wall to where it meets another: a cell
+STUB = 0.5  # metres, the largest remainder of a cell: behind a better wall it comes from that wall's echoes
+EXTENSION = 0.1  # metres, the largest extension
+SAME_LINE = 0.34  # least sine between two walls that form a corner
 
 
 @compiled
 def meet_at_corners(ends: FloatArray) -> FloatArray:
-    """The walls (M, 2, 2), the best supported first, each end carried to the nearest corner within reach.
+    """Return the walls (M, 2, 2), the best supported first, each end moved to the nearest corner within range.
 
     A corner is where it meets another wall; a stub behind a better one, on its right, is cut off.
     """
@@ -29,9 +29,9 @@ def meet_at_corners(ends: FloatArray) -> FloatArray:
     return met
 
 
-@compiled
+@compiled_on_views
 def _meet(wall: FloatArray, other: FloatArray, is_better: bool, side: int, nearest: float, place: FloatArray) -> float:
-    """Set the place to where the wall meets the other one, if it is nearer to its end; returns how near."""
+    """Set the position to the intersection with the other wall, if it is nearer to its end; return the distance."""
     wx, wy = wall[1, 0] - wall[0, 0], wall[1, 1] - wall[0, 1]
     ox, oy = other[1, 0] - other[0, 0], other[1, 1] - other[0, 1]
     length, other_length = np.hypot(wx, wy), np.hypot(ox, oy)
@@ -48,7 +48,7 @@ def _meet(wall: FloatArray, other: FloatArray, is_better: bool, side: int, neare
     stub = behind and is_better and beyond == 0.0 and away < length - REACH
     if away >= nearest or (away >= REACH and not stub) or longer > EXTENSION or beyond > EXTENSION:
         return nearest
-    if length <= 2 * REACH and (t < 0.25 if side == 1 else t > 0.75):  # it would be gone, or turned round
+    if length <= 2 * REACH and (t < 0.25 if side == 1 else t > 0.75):  # it would vanish, or be reversed
         return nearest
     place[0], place[1] = wall[0, 0] + t * wx, wall[0, 1] + t * wy
     return float(away)

@@ -1,22 +1,22 @@
-"""Walls that are mapped twice: of two that show the same wall, the one with less support goes. Compiled."""
+"""Removes duplicate walls: of two that show the same wall, the one with less support. Compiled."""
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 
-BESIDE = 0.30  # metres: of two walls as near that face the same way, one hides the other, or is passed by its beams
-SAME_WAY = 0.94  # cosine between two such walls, at least
-NEAR = 0.12  # metres from a wall in which a line at another angle, if it is hardly seen, is made of echoes of the wall
-SAME_SIDE = 0.3  # cosine between the two, at least: they may be seen from one place, and do not make a corner
-HARDLY_SEEN = 0.5  # of the mean count of the wall
+BESIDE = 0.30  # metres: of two walls this near that face the same way, one hides the other, or its beams pass the other
+SAME_WAY = 0.94  # least cosine between two such walls
+NEAR = 0.12  # metres from a wall in which a rarely seen line at another angle is made of echoes of the wall
+SAME_SIDE = 0.3  # least cosine between the two: they are seen from one place, and do not form a corner
+HARDLY_SEEN = 0.5  # share of the mean count of the wall
 
 
 def without_doubles(ends: FloatArray, support: FloatArray, shortest: float) -> FloatArray:
-    """Take doubles away from the walls (M, 2, 2), and sort them, the best supported first.
+    """Remove duplicates from the walls (M, 2, 2), and sort them, the best supported first.
 
-    Walls with more ``support`` (M,), their mean count times their length, take away what shows the same; parts of less
-    than ``shortest`` metres are left out.
+    Walls with more ``support`` (M,), their mean count times their length, replace others that show the same; parts of
+    less than ``shortest`` metres are left out.
     """
     best_first = np.argsort(-support, kind="stable")
     return _without_doubles(ends[best_first], support[best_first], shortest)
@@ -24,7 +24,7 @@ def without_doubles(ends: FloatArray, support: FloatArray, shortest: float) -> F
 
 @compiled
 def boxes_of(ends: FloatArray, margin: float) -> FloatArray:
-    """Least and greatest x, least and greatest y (M, 4) of walls (M, 2, 2), with a margin in metres around them."""
+    """Return the least and greatest x, the least and greatest y (M, 4) of walls (M, 2, 2), plus a margin in metres."""
     boxes = np.empty((len(ends), 4))
     for m in range(len(ends)):
         for axis in range(2):
@@ -51,21 +51,21 @@ def _without_doubles(ends: FloatArray, support: FloatArray, shortest: float) -> 
             if parts[p, 1] - parts[p, 0] >= shortest and count < len(kept):
                 for side in range(2):
                     for axis in range(2):
-                        way = (ends[m, 1, axis] - ends[m, 0, axis]) / length
-                        kept[count, side, axis] = ends[m, 0, axis] + parts[p, side] * way
+                        direction = (ends[m, 1, axis] - ends[m, 0, axis]) / length
+                        kept[count, side, axis] = ends[m, 0, axis] + parts[p, side] * direction
                 box_of[count] = m
                 count += 1
     return kept[:count]
 
 
-@compiled
+@compiled_on_views
 def _overlap(boxes: FloatArray, m: int, k: int) -> bool:
     if boxes[m, 1] < boxes[k, 0] or boxes[k, 1] < boxes[m, 0]:
         return False
     return bool(boxes[m, 2] <= boxes[k, 3] and boxes[k, 2] <= boxes[m, 3])
 
 
-@compiled
+@compiled_on_views
 def _shown_twice(wall: FloatArray, better: FloatArray, hardly_seen: bool) -> tuple[float, float]:
     """Return begin and end, metres along a wall (2, 2), of the part that a better one shows; begin >= end for none."""
     ux, uy = wall[1, 0] - wall[0, 0], wall[1, 1] - wall[0, 1]
@@ -84,12 +84,12 @@ def _shown_twice(wall: FloatArray, better: FloatArray, hardly_seen: bool) -> tup
     return (begin, end) if abs(across) <= most else (0.0, 0.0)
 
 
-@compiled
+@compiled_on_views
 def _take_away(parts: FloatArray, left: int, begin: float, end: float) -> int:
-    """Take what is from ``begin`` to ``end`` from the first ``left`` parts (P, 2); returns how many are left."""
+    """Remove the part from ``begin`` to ``end`` from the first ``left`` parts (P, 2); return the number left."""
     p = 0
     while p < left and begin < end:
-        a, b = parts[p]
+        a, b = parts[p, 0], parts[p, 1]
         if b <= begin or a >= end:
             p += 1
         elif a < begin and b > end:
@@ -102,5 +102,5 @@ def _take_away(parts: FloatArray, left: int, begin: float, end: float) -> int:
             parts[p, 0] = end
         else:
             left -= 1
-            parts[p, 0], parts[p, 1] = parts[left]
+            parts[p, 0], parts[p, 1] = parts[left, 0], parts[left, 1]
     return left

@@ -1,36 +1,36 @@
 """Evidence of beams for each piece of a surfel: that there is wall, or that there is none; compiled.
 
-A surfel is a line through its cell. Whether there is wall all along it only the beams can tell, so that each surfel
-keeps a count for every piece of its line: up for an echo from there, down for a beam that went through. Pieces are cut
-by a grid of the map, and not by the surfel, whose centre moves. They reach half a cell beyond the surfel's own cell, as
-not every cell that a wall crosses has a surfel. The counts are bounded, so that a wall that has gone can be forgotten.
+A surfel is a line through its cell. Only the beams can show how much of it is wall, so each surfel has a count for
+every piece of its line: an echo increases it, a beam that went through decreases it. Pieces are cut by a grid of the
+map, and not by the surfel, whose centre moves. They reach half a cell beyond the surfel's own cell, as not every cell
+that a wall crosses has a surfel. The counts are bounded, so that a removed wall can be forgotten.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
 from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
 from slam.mapping.free_space import cells_around
-from slam.mapping.surfel_grid import AXIS, HITS, NX, NY, PIECES, PIECES_A_CELL, Grid, X, Y
+from slam.mapping.surfel_grid import AXIS, HITS, NX, NY, PIECES, PIECES_PER_CELL, Grid, X, Y
 from slam.pose import FloatArray
 from slam.scan import COS, SIN
 
-MOST, LEAST = 30, -10  # a count is no greater and no less
-GRAZING = 0.2  # cosine of incidence, below which an echo does not tell where a wall is
-NEAREST = 0.1  # metres: nothing nearer to the sensor is judged
-SAME_SIDE = 0.3  # cosine between two surfels, at least, that show one thing; walls that make a corner are both there
-CLEARLY_FARTHER = 0.05  # metres: more than what two surfels of one wall differ by
-MOST_BESIDE = 8  # surfels that an echo could come from
-CLEARLY_BEYOND = 0.10  # metres along the beam, and this share of the range, beyond a wall: the beam went through
+MOST, LEAST = 30, -10  # limits of a count, to both sides
+GRAZING = 0.2  # least cosine of incidence of an echo that is evidence of a wall
+NEAREST = 0.1  # metres: nothing nearer to the sensor is counted
+SAME_SIDE = 0.3  # least cosine between two surfels that show the same wall; at a corner both are walls
+CLEARLY_FARTHER = 0.05  # metres: more than the difference of two surfels of one wall
+MAX_BESIDE = 8  # largest number of surfels that an echo could come from
+CLEARLY_BEYOND = 0.10  # metres along the beam, and share of the range, beyond a wall: the beam went through
 BEYOND_SHARE = 0.02
 
 
 def evidence_of_hits(surfels: FloatArray) -> NDArray[np.int8]:
-    """The evidence (S, 9) of surfels (S, 8) of which none was kept: each is wall in its own cell."""
+    """Return the evidence (S, 9) of surfels (S, 8) that have none: each is wall in its own cell."""
     evidence = np.zeros((len(surfels), PIECES + 1), np.int8)
-    own = slice(PIECES_A_CELL // 2, PIECES_A_CELL // 2 + PIECES_A_CELL)
+    own = slice(PIECES_PER_CELL // 2, PIECES_PER_CELL // 2 + PIECES_PER_CELL)
     evidence[:, own] = np.minimum(surfels[:, HITS], MOST)[:, None]
     evidence[:, AXIS] = np.abs(surfels[:, NX]) > np.abs(surfels[:, NY])
     return evidence
@@ -43,11 +43,11 @@ def weigh_walls(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, ga
     An echo no farther than ``gate`` metres from a surfel's line, across it, comes from there.
     """
     c, s = np.cos(pose[2]), np.sin(pose[2])
-    ways = np.empty((len(beams.ranges), 2))
-    for j in range(len(ways)):
-        ways[j, 0] = c * beams.fan[COS, j] - s * beams.fan[SIN, j]
-        ways[j, 1] = s * beams.fan[COS, j] + c * beams.fan[SIN, j]
-    _count_echoes(grid, beams, ways, pose, gate)
+    directions = np.empty((len(beams.ranges), 2))
+    for j in range(len(directions)):
+        directions[j, 0] = c * beams.fan[COS, j] - s * beams.fan[SIN, j]
+        directions[j, 1] = s * beams.fan[COS, j] + c * beams.fan[SIN, j]
+    _count_echoes(grid, beams, directions, pose, gate)
     surfels, farthest = grid.surfels, beams.farthest
     x, y = pose[0], pose[1]
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
@@ -58,30 +58,30 @@ def weigh_walls(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, ga
                 dx, dy = surfels[k, X] - x, surfels[k, Y] - y
                 distance = np.sqrt(dx * dx + dy * dy)
                 offset = abs(dx * surfels[k, NX] + dy * surfels[k, NY])
-                edge_on = offset < GRAZING * distance  # so is one with no normal
+                edge_on = offset < GRAZING * distance  # a surfel without a normal is ignored too
                 if not edge_on and not is_hidden(farthest, c * dx + s * dy, c * dy - s * dx, distance - grid.cell):
-                    _count_passes(grid, k, beams, ways, pose, reach, gate)
+                    _count_passes(grid, k, beams, directions, pose, reach, gate)
                 k = grid.next[k]
 
 
 @compiled
-def _count_echoes(grid: Grid, beams: FreeBeams, ways: FloatArray, pose: FloatArray, gate: float) -> None:
-    """Count up the piece that each echo comes from: of the nearest surfel whose line has a piece there.
+def _count_echoes(grid: Grid, beams: FreeBeams, directions: FloatArray, pose: FloatArray, gate: float) -> None:
+    """Increase the count of the piece that each echo comes from: of the nearest surfel whose line has a piece there.
 
-    Others that it could have come from, and are clearly farther, are counted down.
+    Counts of other possible surfels that are clearly farther decrease.
 
     Of many echoes within half a piece the first stands for all.
     """
     last_x = last_y = np.inf
     last_surfel, last_piece = -1, -1
-    beside, offsets = np.empty((MOST_BESIDE, 2), np.int64), np.empty(MOST_BESIDE)
-    apart = 0.5 * grid.cell / PIECES_A_CELL
-    for j in range(len(ways)):
-        x, y = pose[0] + beams.ranges[j] * ways[j, 0], pose[1] + beams.ranges[j] * ways[j, 1]
+    beside, offsets = np.empty((MAX_BESIDE, 2), np.int64), np.empty(MAX_BESIDE)
+    apart = 0.5 * grid.cell / PIECES_PER_CELL
+    for j in range(len(directions)):
+        x, y = pose[0] + beams.ranges[j] * directions[j, 0], pose[1] + beams.ranges[j] * directions[j, 1]
         if not beams.echoes[j] or abs(x - last_x) + abs(y - last_y) < apart:
             continue
         last_x, last_y = x, y
-        count = _surfels_beside(grid, x, y, ways[j, 0], ways[j, 1], gate, beside, offsets)
+        count = _surfels_beside(grid, x, y, directions[j, 0], directions[j, 1], gate, beside, offsets)
         surfel, piece = -1, -1
         if count > 0:
             nearest = _least(offsets, count)
@@ -91,15 +91,15 @@ def _count_echoes(grid: Grid, beams: FreeBeams, ways: FloatArray, pose: FloatArr
         last_surfel, last_piece = surfel, piece
 
 
-@compiled
+@compiled_on_views
 def _surfels_beside(
     grid: Grid, x: float, y: float, way_x: float, way_y: float, gate: float, beside: IntArray, offsets: FloatArray
 ) -> int:
-    """Fill in the surfels, each with its piece (MOST_BESIDE, 2), from which an echo at (x, y) of a beam could come.
+    """List the surfels, each with its piece (MAX_BESIDE, 2), from which an echo at (x, y) of a beam could come.
 
-    It fills in how far each is across, too, and returns how many there are.
+    It also writes the distance across each, and returns their number.
 
-    Pieces reach half a cell beyond the surfel's cell, so that it is in one of the four nearest cells.
+    Pieces extend half a cell beyond the surfel's cell, so that it is in one of the four nearest cells.
     """
     surfels, (rows, columns) = grid.surfels, grid.head.shape
     row = int(np.floor(y / grid.cell - 0.5)) - grid.corner[0]
@@ -111,7 +111,7 @@ def _surfels_beside(
             while k >= 0:
                 nx, ny = surfels[k, NX], surfels[k, NY]
                 across = abs((x - surfels[k, X]) * nx + (y - surfels[k, Y]) * ny)
-                if across < gate and way_x * nx + way_y * ny > GRAZING and count < MOST_BESIDE:
+                if across < gate and way_x * nx + way_y * ny > GRAZING and count < MAX_BESIDE:
                     piece = piece_at(grid, k, x, y)
                     if piece >= 0:
                         beside[count, 0], beside[count, 1], offsets[count] = k, piece, across
@@ -120,9 +120,9 @@ def _surfels_beside(
     return count
 
 
-@compiled
+@compiled_on_views
 def _least(offsets: FloatArray, count: int) -> int:
-    """Index of the least of the first ``count`` offsets."""
+    """Return the index of the least of the first ``count`` offsets."""
     least = 0
     for i in range(1, count):
         if offsets[i] < offsets[least]:
@@ -130,11 +130,11 @@ def _least(offsets: FloatArray, count: int) -> int:
     return least
 
 
-@compiled
+@compiled_on_views
 def _count_one(grid: Grid, beside: IntArray, offsets: FloatArray, count: int, nearest: int) -> None:
-    """Count an echo up at the nearest of ``count`` surfels, and down at others that are clearly farther.
+    """Increase the count of the nearest of ``count`` surfels for an echo, and decrease clearly farther ones.
 
-    Only surfels that show the same side are counted down.
+    Only surfels of the same side decrease.
     """
     surfel, piece = beside[nearest, 0], beside[nearest, 1]
     grid.evidence[surfel, piece] = min(grid.evidence[surfel, piece] + 1, MOST)
@@ -146,11 +146,11 @@ def _count_one(grid: Grid, beside: IntArray, offsets: FloatArray, count: int, ne
             grid.evidence[k, other] = max(grid.evidence[k, other] - 1, LEAST)
 
 
-@compiled
+@compiled_on_views
 def _count_passes(
-    grid: Grid, k: int, beams: FreeBeams, ways: FloatArray, pose: FloatArray, reach: float, gate: float
+    grid: Grid, k: int, beams: FreeBeams, directions: FloatArray, pose: FloatArray, reach: float, gate: float
 ) -> None:
-    """Count down the pieces of a surfel that beams went through; one whose middle is hidden is not judged."""
+    """Decrease the counts of a surfel's pieces that beams went through; a surfel with a hidden middle is ignored."""
     nx, ny = grid.surfels[k, NX], grid.surfels[k, NY]
     dx, dy = grid.surfels[k, X] - pose[0], grid.surfels[k, Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)
@@ -158,29 +158,29 @@ def _count_passes(
     if not NEAREST < distance < reach:
         return
     middle = beam_towards(beams, pose, dx, dy)
-    if not 0 <= middle < len(ways) or beams.ranges[middle] < distance - grid.cell:
+    if not 0 <= middle < len(directions) or beams.ranges[middle] < distance - grid.cell:
         return
     half = int(np.arctan(grid.cell * abs(offset) / (distance * distance)) / beams.angle_increment) + 2
     before = -1
-    for j in range(max(middle - half, 0), min(middle + half + 1, len(ways))):
-        cosine = ways[j, 0] * nx + ways[j, 1] * ny
+    for j in range(max(middle - half, 0), min(middle + half + 1, len(directions))):
+        cosine = directions[j, 0] * nx + directions[j, 1] * ny
         if cosine * offset <= 0.0 or abs(cosine) < GRAZING:
             continue
         r = offset / cosine
         beyond = beams.ranges[j] - r
         if beyond * abs(cosine) > gate and beyond > CLEARLY_BEYOND + BEYOND_SHARE * r:
-            piece = piece_at(grid, k, pose[0] + r * ways[j, 0], pose[1] + r * ways[j, 1])
+            piece = piece_at(grid, k, pose[0] + r * directions[j, 0], pose[1] + r * directions[j, 1])
             if piece >= 0 and piece != before:
                 grid.evidence[k, piece] = max(grid.evidence[k, piece] - 1, LEAST)
             before = piece
 
 
-@compiled
+@compiled_on_views
 def piece_at(grid: Grid, k: int, x: float, y: float) -> int:
-    """The piece of the surfel ``k`` beside a point, -1 for none."""
+    """Return the piece of the surfel ``k`` beside a point, -1 for none."""
     along_y = grid.evidence[k, AXIS] > 0
     centre, at = (grid.surfels[k, Y], y) if along_y else (grid.surfels[k, X], x)
-    width = grid.cell / PIECES_A_CELL
+    width = grid.cell / PIECES_PER_CELL
     begin = (np.floor(centre / grid.cell) - 0.5) * grid.cell
     piece = int(np.floor((at - begin) / width))
     return piece if 0 <= piece < PIECES else -1

@@ -1,46 +1,46 @@
-"""The walls of the map: surfels that lie on one line and touch are one wall, where beams tell that there is wall."""
+"""The walls of the map: adjoining surfels on one line, where the evidence of beams shows wall."""
 
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
-from slam.mapping.surfel_grid import AXIS, INFORMATION, NX, NY, PIECES, PIECES_A_CELL, X, Y
+from slam.mapping.surfel_grid import AXIS, INFORMATION, NX, NY, PIECES, PIECES_PER_CELL, X, Y
 from slam.mapping.wall_corners import meet_at_corners
 from slam.mapping.wall_doubles import without_doubles
 from slam.pose import FloatArray
 
 Evidence = NDArray[np.int8]
 W, WX, WY, WXX, WXY, WYY = range(6)
-"""The weighted sums from which a line is fitted: of 1, x, y, xx, xy and yy."""
+"""Weighted sums from which a line is fitted: of 1, x, y, xx, xy and yy."""
 LINE_NX, LINE_NY, LINE_X, LINE_Y = range(4)
-"""Columns of lines (M, 4): normal away from where it was seen, and a point; map frame."""
-NEIGHBOURS = 2  # cells to each side in which a wall may go on
-MAX_GAP = 2.2  # cells: surfels of one wall are no farther apart than this along it
-MAX_OFFSET = 0.05  # metres by which a surfel may lie off the wall that it joins
-WALL_COSINE = 0.9  # between its normal and the wall's, at least
-SIGMA_FLOOR = 0.01  # metres: no surfel is surer than this, one standard deviation
+"""Columns of lines (M, 4): normal away from the sensor, and a point; map frame."""
+NEIGHBOURS = 2  # cells to each side in which a wall may continue
+MAX_GAP = 2.2  # cells, the largest gap along a wall between its surfels
+MAX_OFFSET = 0.05  # metres, the largest distance of a surfel from the wall that it joins
+WALL_COSINE = 0.9  # least cosine between its normal and the wall's
+SIGMA_FLOOR = 0.01  # metres, the least standard deviation of a surfel
 WALL: Final = 2
-"""Echoes less passes, from which on there is wall."""
+"""Echoes minus passes from which a bin counts as wall."""
 BIN: Final = 0.025
-"""Metres along a wall in which the pieces of its surfels are put together."""
-MOST_UNKNOWN: Final = 0.2
-"""Metres of a wall without any beam, at most, over which it goes on."""
+"""Length of the bins along a wall in which the pieces of its surfels are summed, metres."""
+MAX_UNKNOWN: Final = 0.2
+"""Largest part without any beam that a wall spans, metres."""
 ALONG_AXIS: Final = 0.5
-"""Cosine between a wall and the axis along which the pieces of a surfel are cut, at least."""
+"""Least cosine between a wall and the axis along which the pieces of a surfel are cut."""
 SHORTEST: Final = 0.2
-"""Metres: what is shorter is no wall."""
-LEAST_SUPPORT: Final = 1.0
-"""Metres of a wall times its mean count: a short one must be seen oftener."""
+"""Least length of a wall, metres."""
+MIN_SUPPORT: Final = 1.0
+"""Least length of a wall times its mean count, metres: a short one must be seen more often."""
 
 
 def wall_segments(surfels: FloatArray, evidence: Evidence, cell: float) -> FloatArray:
-    """Start and end of the walls that these surfels (S, 8) make, (M, 2, 2): [wall, start or end, x or y], metres.
+    """Return start and end of the walls of these surfels (S, 8), (M, 2, 2): [wall, start or end, x or y], metres.
 
-    They lie in the map frame. ``evidence`` (S, 9) is that of their pieces. Walls are grown in the order of their surest
-    surfel.
+    They are in the map frame. ``evidence`` (S, 9) is that of their pieces. Walls are grown in the order of their most
+    certain surfel.
     """
     known = ((surfels[:, NX] != 0.0) | (surfels[:, NY] != 0.0)) & (evidence[:, :PIECES] >= WALL).any(axis=1)
     surest_first = np.flatnonzero(known)[np.argsort(-surfels[known, INFORMATION], kind="stable")]
@@ -59,7 +59,7 @@ def wall_segments(surfels: FloatArray, evidence: Evidence, cell: float) -> Float
 def _spans_of_walls(
     surfels: FloatArray, evidence: Evidence, begins: IntArray, cell: float
 ) -> tuple[FloatArray, FloatArray]:
-    """The parts of all walls where there is wall, (M, 2, 2), and the support of each, (M,)."""
+    """Return the parts of all lines that are wall, (M, 2, 2), and the support of each, (M,)."""
     ends, support = np.empty((PIECES * len(surfels), 2, 2)), np.empty(PIECES * len(surfels))
     line, count = np.empty(4), 0
     for m in range(len(begins) - 1):
@@ -72,7 +72,7 @@ def _spans_of_walls(
 
 @compiled
 def _along(members: FloatArray, evidence: Evidence, line: FloatArray, cell: float) -> tuple[float, IntArray]:
-    """The place along the line where the wall may begin, and the counts of its bins from there on; 0 for no beam."""
+    """Return the start of the bins along the line, and their counts; 0 without a beam."""
     low, high = np.inf, -np.inf
     spans = np.empty((len(members), PIECES, 2))
     for k in range(len(members)):
@@ -81,8 +81,8 @@ def _along(members: FloatArray, evidence: Evidence, line: FloatArray, cell: floa
         begin = (np.floor((members[k, Y] if along_y else members[k, X]) / cell) - 0.5) * cell - middle
         spans[k] = 0.0
         for p in range(PIECES if abs(slope) > ALONG_AXIS else 0):
-            a = (begin + p * cell / PIECES_A_CELL) / slope
-            b = (begin + (p + 1) * cell / PIECES_A_CELL) / slope
+            a = (begin + p * cell / PIECES_PER_CELL) / slope
+            b = (begin + (p + 1) * cell / PIECES_PER_CELL) / slope
             spans[k, p, 0], spans[k, p, 1] = min(a, b), max(a, b)
             low, high = min(low, spans[k, p, 0]), max(high, spans[k, p, 1])
     counts = np.zeros(max(int((high - low) / BIN), 0) + 2, np.int64)
@@ -96,11 +96,11 @@ def _along(members: FloatArray, evidence: Evidence, line: FloatArray, cell: floa
     return low, counts
 
 
-@compiled
+@compiled_on_views
 def _write_spans(
     low: float, counts: IntArray, line: FloatArray, ends: FloatArray, support: FloatArray, count: int
 ) -> int:
-    """Write the parts of a wall where there is wall, joined over what no beam judged; returns how many there are."""
+    """Write the parts of a line that are wall, joined over bins without beams; return their number."""
     begin = last = -1
     weight, unknown = 0.0, 0.0
     for i in range(len(counts) + 1):
@@ -112,8 +112,8 @@ def _write_spans(
             continue
         if i < len(counts) and counts[i] == 0:
             unknown += BIN
-        if begin >= 0 and (i >= len(counts) or counts[i] < 0 or unknown > MOST_UNKNOWN):
-            if (last + 1 - begin) * BIN >= SHORTEST and weight >= LEAST_SUPPORT:
+        if begin >= 0 and (i >= len(counts) or counts[i] < 0 or unknown > MAX_UNKNOWN):
+            if (last + 1 - begin) * BIN >= SHORTEST and weight >= MIN_SUPPORT:
                 for side in range(2):
                     t = low + (begin if side == 0 else last + 1) * BIN
                     ends[count, side, 0] = line[LINE_X] - t * line[LINE_NY]
@@ -126,10 +126,10 @@ def _write_spans(
 
 @compiled
 def _wall_numbers(surfels: FloatArray, columns_rows: IntArray, head: IntArray, cell: float) -> IntArray:
-    """Number the wall of each surfel, (S,); ``head`` has a -1 for every cell, and becomes the first surfel of each."""
+    """Return the wall of each surfel, (S,); ``head`` has a -1 for every cell, and becomes the first surfel of each."""
     following, wall_of = np.empty(len(surfels), np.int64), np.full(len(surfels), -1, np.int64)
     for k in range(len(surfels)):
-        column, row = columns_rows[k]
+        column, row = columns_rows[k, 0], columns_rows[k, 1]
         following[k] = head[row, column]
         head[row, column] = k
     queue = np.empty(len(surfels), np.int64)
@@ -146,7 +146,7 @@ def _grow_one(
     surfels: FloatArray, columns_rows: IntArray, head: IntArray, following: IntArray, cell: float, wall_of: IntArray,
     queue: IntArray, seed: int, number: int,
 ) -> None:  # fmt: skip
-    """One wall, from its surest surfel outwards over its neighbours; ``queue`` (S,) is scratch."""
+    """Grow one wall from its most certain surfel over its neighbours; ``queue`` (S,) is scratch."""
     sums = np.zeros(6)
     _include(sums, surfels[seed], surfels[seed, X], surfels[seed, Y])
     wall_of[seed], queue[0] = number, seed
@@ -154,7 +154,7 @@ def _grow_one(
     while begin < end:
         at = queue[begin]
         begin += 1
-        column, row = columns_rows[at]
+        column, row = columns_rows[at, 0], columns_rows[at, 1]
         for i in range(row - NEIGHBOURS, row + NEIGHBOURS + 1):
             for j in range(column - NEIGHBOURS, column + NEIGHBOURS + 1):
                 k = head[i, j]
@@ -166,7 +166,7 @@ def _grow_one(
                     k = following[k]
 
 
-@compiled
+@compiled_on_views
 def _include(sums: FloatArray, s: FloatArray, x0: float, y0: float) -> None:
     """Add a surfel to the sums about (x0, y0)."""
     w = 1.0 / (1.0 / s[INFORMATION] + SIGMA_FLOOR * SIGMA_FLOOR)
@@ -179,12 +179,12 @@ def _include(sums: FloatArray, s: FloatArray, x0: float, y0: float) -> None:
     sums[WYY] += w * y * y
 
 
-@compiled
+@compiled_on_views
 def _line(sums: FloatArray, nx: float, ny: float) -> tuple[float, float, float, float]:
-    """Normal and mean of the best line, the normal to the side of (nx, ny), which it is where there is one point."""
+    """Return normal and mean of the best line, the normal to the side of (nx, ny), which it is for a single point."""
     mx, my = sums[WX] / sums[W], sums[WY] / sums[W]
     xx, xy, yy = sums[WXX] - mx * sums[WX], sums[WXY] - mx * sums[WY], sums[WYY] - my * sums[WY]
-    if xx + yy < 1e-3 * sums[W]:  # shorter than it is sure
+    if xx + yy < 1e-3 * sums[W]:  # shorter than its uncertainty
         return nx, ny, mx, my
     half = 0.5 * np.arctan2(2.0 * xy, xx - yy)
     lx, ly = -np.sin(half), np.cos(half)
@@ -192,9 +192,9 @@ def _line(sums: FloatArray, nx: float, ny: float) -> tuple[float, float, float, 
     return side * lx, side * ly, mx, my
 
 
-@compiled
+@compiled_on_views
 def _continues(sums: FloatArray, seed: FloatArray, at: FloatArray, s: FloatArray, cell: float) -> bool:
-    """True where the surfel ``s`` continues the wall at its surfel ``at``."""
+    """Return True if the surfel ``s`` continues the wall at its surfel ``at``."""
     nx, ny, mx, my = _line(sums, seed[NX], seed[NY])
     if s[NX] * nx + s[NY] * ny < WALL_COSINE:
         return False
@@ -206,7 +206,7 @@ def _continues(sums: FloatArray, seed: FloatArray, at: FloatArray, s: FloatArray
 
 @compiled
 def _fit(members: FloatArray, line: FloatArray) -> None:
-    """Fill the line (4,) that fits best to the surfels (K, 7) of one wall."""
+    """Write the line (4,) that fits best to the surfels (K, 7) of one wall."""
     sums = np.zeros(6)
     x0, y0 = members[0, X], members[0, Y]
     for k in range(len(members)):

@@ -1,25 +1,25 @@
 """Correlative search, compiled: every pose of a window is tried for a scan.
 
 The map near the scan is drawn into nine pictures, one for each of eight directions that a wall may face and one for
-clusters, so that a facet finds support only on what faces its way. For every heading the pictures, each shifted by a
-facet, are added up over the whole window at once. After Olson, "Real-time correlative scan matching", ICRA 2009.
+clusters, so that a facet is supported only by walls with a similar normal. For every heading the pictures, each shifted
+by a facet, are summed over the whole window at once. After Olson, "Real-time correlative scan matching", ICRA 2009.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.facets import NX, NY, X, Y
 from slam.mapping.surfel_grid import Grid
 from slam.pose import FloatArray
 
 SCORE, PLACE_X, PLACE_Y, HEADING = range(4)
-"""Columns of the places (N, 4) that a search finds."""
+"""Columns of the poses (N, 4) that a search finds."""
 SIDES = 8
 CLUSTER_PICTURE = 8  # the number of the picture of clusters
 FULL_GREY = 63.0  # grey value on a wall: 1000 facets fit into 16 bits
-PIXEL = 0.10  # metres
-BLUR = 0.15  # metres: farther than this from a wall it is as good as nowhere
+PIXEL = 0.10  # metres, the side of a pixel
+BLUR = 0.15  # metres from a wall beyond which the grey value is 0
 HEADING_STEP = 0.02  # radians from one heading to the next
 
 
@@ -28,9 +28,9 @@ def correlative_search(
     facets: FloatArray, prior: FloatArray, information: FloatArray, half_width: float, half_angle: float, reach: float,
     grid: Grid,
 ) -> FloatArray:  # fmt: skip
-    """The best place for every heading, (A, 4); the score counts facets on walls.
+    """Return the best position for every heading, (A, 4); the score counts facets on walls.
 
-    ``information`` (3, 3) is the prior's, already weighed: half the squared Mahalanobis distance is taken off.
+    ``information`` (3, 3) is the prior's, already weighted: half the squared Mahalanobis distance is subtracted.
     """
     n, m = int(np.ceil(half_width / PIXEL)), int(np.ceil(half_angle / HEADING_STEP))
     size = 2 * (int(reach / PIXEL) + n + 2)
@@ -58,7 +58,7 @@ def correlative_search(
 
 @compiled
 def draw(grid: Grid, x0: float, y0: float, size: int) -> NDArray[np.uint8]:
-    """The pictures (9, size, size) of the map, their lower left corner at (x0, y0), one pixel PIXEL wide."""
+    """Draw the pictures (9, size, size) of the map, their lower left corner at (x0, y0), one pixel PIXEL wide."""
     pictures = np.zeros((SIDES + 1, size, size), np.uint8)
     rows, columns = grid.head.shape
     low_row, low_column = int(np.floor(y0 / grid.cell)) - grid.corner[0], int(np.floor(x0 / grid.cell)) - grid.corner[1]
@@ -72,7 +72,7 @@ def draw(grid: Grid, x0: float, y0: float, size: int) -> NDArray[np.uint8]:
     return pictures
 
 
-@compiled
+@compiled_on_views
 def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, half: float) -> None:
     """Draw a surfel into the pictures of the two sides next to its normal."""
     size = pictures.shape[1]
@@ -92,21 +92,24 @@ def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, 
                 pictures[second, i, j] = max(pictures[second, i, j], grey)
 
 
-@compiled
+@compiled_on_views
 def layer_of(nx: float, ny: float, c: float, s: float) -> int:
-    """The picture for a facet with this normal in the sensor frame, the sensor's heading having cosine c and sine s."""
+    """Return the picture for a facet with this normal in the sensor frame.
+
+    The sensor's heading has cosine c and sine s.
+    """
     if nx == 0.0 and ny == 0.0:
         return CLUSTER_PICTURE
     bearing = np.arctan2(s * nx + c * ny, c * nx - s * ny)
     return int(np.floor(bearing * SIDES / (2.0 * np.pi) + 0.5)) % SIDES
 
 
-@compiled
+@compiled_on_views
 def _add_up(
     facets: FloatArray, x: float, y: float, theta: float, reach: float, pictures: NDArray[np.uint8],
     scores: NDArray[np.uint16],
 ) -> None:  # fmt: skip
-    """The grey values under all facets for every shift of the window about (x, y), metres in the pictures."""
+    """Return the grey values under all facets for every shift of the window about (x, y), metres in the pictures."""
     c, s = np.cos(theta), np.sin(theta)
     n = len(scores) // 2
     scores[:] = 0

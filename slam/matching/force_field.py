@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.config import ForceFieldConfig
 from slam.lines.segments import Segments
 from slam.matching.match import NO_MATCH, Match
@@ -16,7 +16,7 @@ from slam.pose import FloatArray, Pose2D, wrap_angle
 
 
 class ForceFieldConstants(NamedTuple):
-    """The constants of eqs. (24)-(37), as ForceFieldConfig has them: metres and radians."""
+    """Constants of eqs. (24)-(37), those of ForceFieldConfig: metres and radians."""
 
     gamma_f: float
     kappa: float
@@ -31,7 +31,7 @@ class ForceFieldConstants(NamedTuple):
 
 
 class Line(NamedTuple):
-    """The line of a segment: e_n, rho, e_t, the start point along e_t, the length along e_t."""
+    """Line of a segment: e_n, rho, e_t, the start point along e_t, the length along e_t."""
 
     nx: float
     ny: float
@@ -59,7 +59,7 @@ def _constants(config: ForceFieldConfig) -> ForceFieldConstants:
 
 
 def _lines(segments: Segments) -> FloatArray:
-    """One row a segment, with the columns of Line, shape (M, 7)."""
+    """Return one row per segment, with the columns of Line, shape (M, 7)."""
     e_n = segments.normals  # eq. (25)
     e_t = np.column_stack([-e_n[:, 1], e_n[:, 0]])  # eq. (29)
     length = np.sum(e_t * (segments.end - segments.start), axis=1)  # eq. (30)
@@ -72,7 +72,7 @@ def _lines(segments: Segments) -> FloatArray:
 def _iterate(
     x: FloatArray, y: FloatArray, lines: FloatArray, constants: ForceFieldConstants, weighted: bool
 ) -> tuple[float, float, float, int, bool]:
-    """Eqs. (21)-(37): Delta X (x, y), Delta phi, the number of iterations, and whether they converged."""
+    """Iterate eqs. (21)-(37): Delta X (x, y), Delta phi, the number of iterations, and whether they converged."""
     xi, eta, zeta = constants.xi, constants.eta, constants.zeta
     dx = dy = dphi = 0.0
     sum_fx = sum_fy = sum_M = 0.0
@@ -99,7 +99,7 @@ def _iterate(
 def _correction(
     wx: FloatArray, wy: FloatArray, lines: FloatArray, constants: ForceFieldConstants
 ) -> tuple[float, float, float]:
-    """f_q (x, y) and M_q, the averages of eq. (33) over all points and segments."""
+    """Return f_q (x, y) and M_q, the averages of eq. (33) over all points and segments."""
     fx, fy, M = _sum_forces(wx, wy, lines, constants.kappa, constants.epsilon)
     gain = constants.gamma_f / (len(lines) * len(wx))
     return gain * fx, gain * fy, constants.gamma_M * gain * M  # eq. (33)
@@ -109,7 +109,7 @@ def _correction(
 def _sum_forces(
     wx: FloatArray, wy: FloatArray, lines: FloatArray, kappa: float, epsilon: float
 ) -> tuple[float, float, float]:
-    """Sums over all points and segments of the force, over gamma_f, and of its moment, over gamma_f gamma_M."""
+    """Sum the force, over gamma_f, and its moment, over gamma_f gamma_M, over all points and segments."""
     gx, gy = wx.mean(), wy.mean()  # eq. (23): of the N* points in sight, where eq. (22) prints N_map
     fx = fy = M = 0.0
     for m in range(len(lines)):
@@ -121,9 +121,9 @@ def _sum_forces(
     return fx, fy, M
 
 
-@compiled
+@compiled_on_views
 def _pull(wx: FloatArray, wy: FloatArray, line: Line, kappa: float, epsilon: float) -> tuple[float, float, float]:
-    """Sums over the points of the force of one segment along e_n, over gamma_f, and of the same times x and times y."""
+    """Sum the force of one segment along e_n, over gamma_f, over the points; and the same times x and times y."""
     pull = pull_x = pull_y = 0.0
     for i in range(len(wx)):
         lam = line.rho - line.nx * wx[i] - line.ny * wy[i]  # eq. (26)
@@ -144,7 +144,7 @@ def _pull(wx: FloatArray, wy: FloatArray, line: Line, kappa: float, epsilon: flo
 def _weighted_correction(
     wx: FloatArray, wy: FloatArray, lines: FloatArray, constants: ForceFieldConstants
 ) -> tuple[float, float, float]:
-    """f_q (x, y) and M_q: the force over the sum of the weights, the moment over the weighted moment of inertia."""
+    """Return f_q (x, y) and M_q: force over sum of weights, moment over weighted moment of inertia."""
     kappa, epsilon = constants.kappa, constants.epsilon
     fx, fy, M = _sum_forces(wx, wy, lines, kappa, epsilon)
     gx, gy = wx.mean(), wy.mean()
@@ -157,11 +157,11 @@ def _weighted_correction(
     return (fx / weight, fy / weight, constants.gamma_M * M / inertia) if inertia > 0.0 else (0.0, 0.0, 0.0)
 
 
-@compiled
+@compiled_on_views
 def _sum_weights(
     wx: FloatArray, wy: FloatArray, line: Line, gx: float, gy: float, kappa: float, epsilon: float
 ) -> tuple[float, float]:
-    """Sums over the points of the weight that the force of one segment gives them, and of the same times |w - G|^2."""
+    """Sum the weights that the force of one segment gives the points, and the same times |w - G|^2."""
     weight = inertia = 0.0
     for i in range(len(wx)):
         distance = abs(line.rho - line.nx * wx[i] - line.ny * wy[i])

@@ -1,9 +1,9 @@
-"""Search of the whole map for a scan, from nothing, compiled: every place and every heading is tried.
+"""Search of the whole map for a scan, without a prior, compiled: every position and every heading is tried.
 
 The pictures of the map are those of coarse_search.py. Each is also pooled, so that a pixel holds the greatest grey
-value of a block: with these, a heading and a block of places get an upper bound of their score at once, and only the
-blocks with the highest bounds are looked into (the bound of branch and bound, after Hess et al., "Real-time loop
-closure in 2D lidar SLAM", ICRA 2016; here many places are wanted, and not the best one alone).
+value of a block: these give an upper bound of the score for a heading and a block of positions, and only the blocks
+with the highest bounds are evaluated (the bound of branch and bound, after Hess et al., "Real-time loop closure in 2D
+lidar SLAM", ICRA 2016; here many poses are wanted, and not only the best one).
 """
 
 from typing import Final, Self
@@ -11,7 +11,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.lines.facets import NX, NY, X, Y
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_grid import Grid
@@ -21,28 +21,28 @@ from slam.pose import FloatArray
 
 BLOCK = 4  # pixels along a side of a block
 HEADINGS: Final = 160
-"""Headings tried: 0.04 rad apart."""
+"""Number of headings: 0.04 rad apart."""
 MAX_BLOCKS: Final = 4000
-"""Blocks that are looked into, those of the highest bounds."""
+"""Number of blocks that are searched, those with the highest bounds."""
 MIN_DISTANCE, MIN_ANGLE = 0.4, 0.2
-"""Two places are different when they are so far apart: metres and radians."""
+"""Two poses are different if they are this far apart: metres and radians."""
 REACH: Final = 15.0
-"""Pieces of the scan farther than this take no part, metres."""
+"""Distance from the sensor, metres, beyond which pieces of the scan are ignored."""
 MAX_FACETS: Final = 300
-"""Facets of a scan that take part: grey values of more do not fit into 16 bits."""
+"""Largest number of facets of a scan: grey values of more do not fit into 16 bits."""
 PICTURE, ROWS, COLUMNS = range(3)
-"""Columns of shifts (F, 3): in which picture a facet looks for its wall, and how many pixels from the laser."""
+"""Columns of shifts (F, 3): picture in which a facet searches its wall, and its pixels from the laser."""
 
 Pictures = NDArray[np.uint8]
 
 
 class GlobalSearch:
-    """The pictures of the map about the places ``low`` to ``high`` (2,), which must not change any more."""
+    """The pictures of the map for positions from ``low`` to ``high`` (2,); the map must not change any more."""
 
     def __init__(self, grid: Grid, low: FloatArray, high: FloatArray) -> None:
         self._low = low - REACH - 1.0
         columns, rows = (np.ceil((high - low) / (BLOCK * PIXEL)).astype(np.int64) + 1).tolist()
-        self._shape = HEADINGS, rows, columns  # of the headings and blocks of places that are tried
+        self._shape = HEADINGS, rows, columns  # of the headings and blocks of positions that are tried
         size = int(np.ceil((high - low).max() / PIXEL)) + 2 * int((REACH + 1.0) / PIXEL) + 2 * BLOCK
         self._first = round((REACH + 1.0) / PIXEL)  # row and column of pixels where the laser may be
         self._pictures = draw(grid, float(self._low[0]), float(self._low[1]), size)
@@ -55,9 +55,9 @@ class GlobalSearch:
         return cls(surfel_map.grid, centres.min(axis=0), centres.max(axis=0))
 
     def places(self, facets: FloatArray, most: int) -> FloatArray:
-        """Up to ``most`` different poses of the laser, (N, 4), the best first.
+        """Return up to ``most`` different poses of the laser, (N, 4), the best first.
 
-        The score is the share of facets on walls, of all (F, 7) in reach.
+        The score is the share of facets on walls, of all (F, 7) within range.
         """
         near = np.ascontiguousarray(facets[np.hypot(facets[:, X], facets[:, Y]) < REACH])
         near = near[:: len(near) // MAX_FACETS + 1]
@@ -72,7 +72,7 @@ class GlobalSearch:
 
 
 def _pooled(pictures: Pictures) -> Pictures:
-    """The greatest value of the block that begins at each pixel."""
+    """Return the greatest value of the block that begins at each pixel."""
     across = pictures.copy()
     for d in range(1, BLOCK):
         np.maximum(across[:, :, :-d], pictures[:, :, d:], out=across[:, :, :-d])
@@ -82,9 +82,9 @@ def _pooled(pictures: Pictures) -> Pictures:
     return pooled
 
 
-@compiled
+@compiled_on_views
 def _shift(facet: FloatArray, theta: float) -> tuple[int, int, int]:
-    """Picture, and rows and columns from the laser, of a facet when the laser heads there."""
+    """Return picture, rows and columns from the laser, of a facet for this heading of the laser."""
     c, s = np.cos(theta), np.sin(theta)
     di = int(np.floor((s * facet[X] + c * facet[Y]) / PIXEL + 0.5))
     dj = int(np.floor((c * facet[X] - s * facet[Y]) / PIXEL + 0.5))
@@ -93,7 +93,7 @@ def _shift(facet: FloatArray, theta: float) -> tuple[int, int, int]:
 
 @compiled
 def _bounds(facets: FloatArray, first: int, shape: tuple[int, int, int], pooled: Pictures) -> NDArray[np.uint16]:
-    """Upper bound of the score for every heading and block of places, of this shape: headings, rows, columns."""
+    """Return the upper bound of the score for every heading and block of positions: headings, rows, columns."""
     headings, rows, columns = shape
     bounds = np.zeros(shape, np.uint16)
     for a in range(headings):
@@ -110,7 +110,7 @@ def _bounds(facets: FloatArray, first: int, shape: tuple[int, int, int], pooled:
 def _best_of_blocks(
     facets: FloatArray, first: int, shape: tuple[int, int, int], blocks: IntArray, pictures: Pictures
 ) -> FloatArray:
-    """The best place of each of these blocks (B,), which are numbered as in ``_bounds``: (B, 4), x and y in pixels."""
+    """Return the best pose of each of these blocks (B,), numbered as in ``_bounds``: (B, 4), x and y in pixels."""
     headings, rows, columns = shape
     found = np.zeros((len(blocks), 4))
     shifts = np.empty((len(facets), 3), np.int64)
@@ -136,7 +136,7 @@ def _best_of_blocks(
 
 @compiled
 def _distinct(rows: FloatArray, most: int) -> FloatArray:
-    """The places (N, 4), the best first, without those that lie near a better one; ``most`` at most."""
+    """Return the poses (N, 4), sorted by score, without those near a better one; ``most`` at most."""
     chosen, count = np.empty((most, 4)), 0
     for k in range(len(rows)):
         alone = count < most

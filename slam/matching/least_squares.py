@@ -1,29 +1,30 @@
-"""A scan's facets to the map's surfels: Gauss-Newton with a robust kernel and the prior, compiled.
+"""Match of a scan's facets to the map's surfels: Gauss-Newton with a robust kernel and a prior, compiled.
 
 Pose, facet f and surfel s give the residual r = n_s . (R f + t - c_s) along the surfel's normal, or the whole offset
-for a cluster. Its variance is v = v_f + v_s + floor^2, its weight 1 / (v (1 + r^2 / (kernel^2 + v))^2), which is Geman
-and McClure's. A facet is matched to the nearest surfel that faces its way, anew at every iteration, while the kernel
-shrinks.
+for a cluster. Its variance is v = v_f + v_s + floor^2, its weight 1 / (v (1 + r^2 / (kernel^2 + v))^2), which is that
+of Geman and McClure. At every iteration a facet is matched again to the nearest surfel that faces the same way, while
+the kernel shrinks.
 
-A step is taken only in the directions that the scan constrains: those eigenvectors of its own information, turns
-counted as motion of a lever, whose eigenvalue is not a small share of the largest. In the others the prior stands.
+A step is taken only in the directions that the scan constrains: the eigenvectors of its own information, with rotation
+scaled by a lever, whose eigenvalue is not a small share of the largest. In the others the pose of the prior is kept.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.mapping.surfel_grid import Grid
 from slam.matching.normal_equations import fill_normal_equations
 from slam.pose import FloatArray
+from slam.small_matrices import identity, inverse, principal_axes, product, solved, times
 
 WIDE_ITERATIONS = 2  # in which a surfel may be a whole cell away
-MIN_INFORMATION = 100.0  # m^-2: below it a scan says nothing of a direction
+MIN_INFORMATION = 100.0  # m^-2: below it a direction is unconstrained
 
 
 class SolverSettings(NamedTuple):
-    """The settings of LeastSquaresConfig that the compiled loop needs, and for how long a small thing is new."""
+    """Settings of LeastSquaresConfig for the compiled loop, and the path for which small things count as new."""
 
     gate: float
     floor: float
@@ -37,16 +38,16 @@ class SolverSettings(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """The pose that fits best, and what the scan says of it."""
+    """The pose that fits best, and the information of the scan."""
 
     pose: FloatArray
     """(3,): x, y, theta of the sensor."""
     information: FloatArray
-    """(3, 3), of the scan alone."""
+    """(3, 3): information of the scan alone."""
     projector: FloatArray
-    """(3, 3), onto the directions that the scan constrains, in (x, y, lever theta)."""
+    """(3, 3): projector onto the directions that the scan constrains, in (x, y, lever theta)."""
     inliers: float
-    """The weight of the facets that agree with the map."""
+    """Sum of the weights of the facets that agree with the map."""
     iterations: int
     converged: bool
 
@@ -58,7 +59,6 @@ def solve(
 ) -> Fit:  # fmt: skip
     """Find the pose of the sensor that fits best from ``start`` (3,), given a prior (3,) and its information (3, 3)."""
     pose, H, g = start.copy(), np.zeros((3, 3)), np.zeros(3)
-    scale = np.array([1.0, 1.0, settings.lever])
     L = _scaled(prior_information, settings.lever)
     projector, inliers, kernel, done, q = np.zeros((3, 3)), 0.0, settings.first_kernel, False, 0
     while q < settings.max_iterations and not done:
@@ -68,82 +68,93 @@ def solve(
         )
         q += 1
         A = _scaled(H, settings.lever)
-        d = pose - prior
-        d[2] = wrapped(d[2])
-        d *= scale
-        if _surely_constrained(A, settings.weak):
-            projector = _identity()
-            moved = _solved(A + L, g / scale - L @ d)
-        else:
-            B = _constrained(A, settings.weak)
-            if B.shape[1] == 0:
-                return Fit(prior.copy(), H, np.zeros((3, 3)), inliers, q, False)
-            projector = B @ B.T
-            a = B.T @ d  # where the pose is, seen from the prior, in the directions that are constrained
-            moved = B @ (a + np.linalg.solve(B.T @ (A + L) @ B, B.T @ (g / scale - L @ (B @ a)))) - d
-        pose += moved / scale
+        projector = _projector(A, settings.weak)
+        if projector[0, 0] + projector[1, 1] + projector[2, 2] == 0.0:
+            return Fit(prior.copy(), H, projector, inliers, q, False)
+        g[2] /= settings.lever
+        moved = _step(A, g, L, _offset(pose, prior, settings.lever), projector)
+        pose[0] += moved[0]
+        pose[1] += moved[1]
+        pose[2] += moved[2] / settings.lever
         last_kernel, kernel = kernel, max(0.5 * kernel, settings.kernel)
-        done = q > WIDE_ITERATIONS and last_kernel == kernel and np.abs(moved).sum() < settings.tolerance
+        way = abs(moved[0]) + abs(moved[1]) + abs(moved[2])
+        done = q > WIDE_ITERATIONS and last_kernel == kernel and way < settings.tolerance
     return Fit(pose, H, projector, inliers, q, done)
 
 
 @compiled
 def _scaled(information: FloatArray, lever: float) -> FloatArray:
-    """An information (3, 3) of x, y, theta as one of x, y, lever theta."""
+    """Transform an information (3, 3) of x, y, theta to x, y, lever theta."""
     scaled = information.copy()
-    for i in range(2):
+    for i in range(3):
         scaled[i, 2] /= lever
         scaled[2, i] /= lever
-    scaled[2, 2] /= lever * lever
     return scaled
 
 
 @compiled
-def _identity() -> FloatArray:
-    one = np.zeros((3, 3))
-    one[0, 0] = one[1, 1] = one[2, 2] = 1.0
-    return one
+def _offset(pose: FloatArray, prior: FloatArray, lever: float) -> FloatArray:
+    """Return a pose relative to the prior, (3,): x, y, lever theta."""
+    offset = np.empty(3)
+    offset[0], offset[1], offset[2] = pose[0] - prior[0], pose[1] - prior[1], lever * wrapped(pose[2] - prior[2])
+    return offset
 
 
 @compiled
+def _projector(A: FloatArray, weak: float) -> FloatArray:
+    """Return the projector (3, 3) onto the directions in which the information (3, 3) is not weak."""
+    if _surely_constrained(A, weak):
+        return identity()
+    values, vectors = principal_axes(A)
+    least = max(weak * max(values[0], values[1], values[2]), MIN_INFORMATION)
+    projector = np.zeros((3, 3))
+    for k in range(3):
+        if values[k] >= least:
+            for i in range(3):
+                for j in range(3):
+                    projector[i, j] += vectors[i, k] * vectors[j, k]
+    return projector
+
+
+@compiled_on_views
 def _surely_constrained(A: FloatArray, weak: float) -> bool:
-    """True where no direction can be weak, told without eigenvalues: the least of three is at least 4 det / trace^2."""
+    """Return True if surely no direction is weak: the least eigenvalue of three is at least 4 det / trace^2."""
     trace = A[0, 0] + A[1, 1] + A[2, 2]
     return bool(4.0 * _determinant(A) > max(weak * trace, MIN_INFORMATION) * trace * trace)
 
 
-@compiled
-def _constrained(A: FloatArray, weak: float) -> FloatArray:
-    """An orthonormal basis (3, K) of the directions in which the information (3, 3) is not weak."""
-    values, vectors = np.linalg.eigh(A)
-    free = 0
-    while free < 3 and (values[free] < weak * values[2] or values[free] < MIN_INFORMATION):
-        free += 1
-    return np.ascontiguousarray(vectors[:, free:])
-
-
-@compiled
+@compiled_on_views
 def _determinant(A: FloatArray) -> float:
-    """Determinant of a symmetric (3, 3)."""
+    """Return the determinant of a symmetric (3, 3)."""
     minor_0, minor_1 = A[1, 1] * A[2, 2] - A[1, 2] * A[1, 2], A[0, 1] * A[2, 2] - A[1, 2] * A[0, 2]
     minor_2 = A[0, 1] * A[1, 2] - A[1, 1] * A[0, 2]
     return float(A[0, 0] * minor_0 - A[0, 1] * minor_1 + A[0, 2] * minor_2)
 
 
 @compiled
-def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
-    """X of A x = b, for A (3, 3) symmetric and positive definite, by A = M M^T."""
-    m = np.sqrt(A[0, 0])
-    p, q = A[0, 1] / m, A[0, 2] / m
-    n = np.sqrt(A[1, 1] - p * p)
-    r = (A[1, 2] - p * q) / n
-    o = np.sqrt(A[2, 2] - q * q - r * r)
-    x = b[0] / m
-    y = (b[1] - p * x) / n
-    z = (b[2] - q * x - r * y) / o
-    z /= o
-    y = (y - r * z) / n
-    return np.array([(x - p * y - q * z) / m, y, z])
+def _step(A: FloatArray, g: FloatArray, L: FloatArray, d: FloatArray, P: FloatArray) -> FloatArray:
+    """Return the step (3,) to the best fit in the directions of a projector, from ``d`` (3,) relative to the prior.
+
+    The fit is at P d + x, with x in those directions and P (A + L) P x = P (g - L P d).
+    """
+    inside = times(P, d)
+    M, pull = _within(P, A), times(L, inside)
+    prior = _within(P, L)
+    for i in range(3):
+        M[i, i] += 1.0
+        pull[i] = g[i] - pull[i]
+        for j in range(3):
+            M[i, j] += prior[i, j] - P[i, j]  # the identity across the directions, so that M has an inverse
+    x = solved(M, times(P, pull))
+    for i in range(3):
+        x[i] += inside[i] - d[i]
+    return x
+
+
+@compiled
+def _within(P: FloatArray, information: FloatArray) -> FloatArray:
+    """Return P I P (3, 3): the part of an information in the directions of a projector."""
+    return product(product(P, information), P)
 
 
 @compiled
@@ -157,16 +168,28 @@ def fuse(
     is the ``offset`` (3,) from the prior, squared under the covariance of the last ``motion`` alone and divided by the
     three dimensions, so that 1 is expected.
     """
-    scale = np.array([1.0, 1.0, lever])
-    constrained = projector.copy()
+    told = _scaled(_within(projector, _scaled(information, lever)), 1.0 / lever)
+    fused, expected, settled = inverse(predicted), motion.copy(), information.copy()
+    for i in range(3):
+        settled[i, i] += 1.0
+    by_scan = inverse(settled)
     for i in range(3):
         for j in range(3):
-            constrained[i, j] *= scale[j] / scale[i]
-    posterior = np.linalg.inv(np.linalg.inv(predicted) + constrained.T @ information @ constrained / correlation)
-    expected = motion + correlation * np.linalg.inv(information + _identity())
-    innovation_squared = offset @ np.linalg.solve(expected, offset) / 3.0
-    values, vectors = np.linalg.eigh(projector)
-    free = 0
-    while free < 3 and values[free] < 0.5:
-        free += 1
-    return posterior, innovation_squared, np.ascontiguousarray(vectors[:, :free].T)  # type: ignore[return-value]  # of float64
+            fused[i, j] += told[i, j] / correlation
+            expected[i, j] += correlation * by_scan[i, j]
+    surprise = solved(expected, offset)
+    innovation_squared = (offset[0] * surprise[0] + offset[1] * surprise[1] + offset[2] * surprise[2]) / 3.0
+    return inverse(fused), innovation_squared, _unconstrained(projector)
+
+
+@compiled
+def _unconstrained(projector: FloatArray) -> FloatArray:
+    """Return the directions (K, 3) orthogonal to those of a projector (3, 3)."""
+    values, vectors = principal_axes(projector)
+    directions, count = np.empty((3, 3)), 0
+    for k in range(3):
+        if values[k] < 0.5:
+            for i in range(3):
+                directions[count, i] = vectors[i, k]
+            count += 1
+    return directions[:count]

@@ -9,7 +9,7 @@ from slam.scan import LaserScan
 
 
 class Points(Protocol):
-    """The part of the map that is shown as points."""
+    """A part of the map that can be shown as points."""
 
     @property
     def points(self) -> FloatArray:
@@ -20,11 +20,11 @@ class Points(Protocol):
 
 
 class Lines(Protocol):
-    """The part of the map that is shown as lines."""
+    """A part of the map that can be shown as lines."""
 
     @property
     def ends(self) -> FloatArray:
-        """Shape (M, 2, 2): [line, start or end, x or y]; metres, map frame; the lidar saw it from the left."""
+        """Shape (M, 2, 2): [line, start or end, x or y]; metres, map frame; the lidar was to the left of the line."""
         ...
 
 
@@ -37,9 +37,9 @@ class Mapper(Protocol):
     def lines(self) -> Lines: ...
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
-        """Match a scan that is thought to have been taken with the base at ``prior``, map frame."""
+        """Match a scan, with the prior pose ``prior`` of the base, map frame."""
         ...
 
     def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
-        """Add the scan that was located last to the map."""
+        """Add the last located scan to the map."""
         ...

@@ -11,29 +11,29 @@ from slam.pose import FloatArray, Pose2D
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
-    """The outcome of one matching: ``T_prior_laser`` is the sensor's pose as seen from where it was thought to be."""
+    """Outcome of one matching: ``T_prior_laser`` is the sensor's pose relative to its prior pose."""
 
     T_prior_laser: Pose2D
     iterations: int
     converged: bool
     points: int
-    """Number that took part: map points N* of the paper's matcher, pieces of the scan of the project's own."""
+    """Number of matched items: map points N* of the paper's matcher, pieces of the scan of the project's own."""
     inliers: float = 0.0
-    """Those of them that agree with the map, each by its weight."""
+    """Weighted number of those that agree with the map."""
     covariance: FloatArray | None = None
-    """Covariance (3, 3) of the base's x, y, theta in the map; m^2, m rad, rad^2; None where the method gives none."""
+    """Covariance (3, 3) of the base's x, y, theta in the map; m^2, m rad, rad^2; None if the method has none."""
     unconstrained: FloatArray | None = None
-    """Unit directions (K, 3) of x, y and lever times theta, map frame, in which the scan said nothing and the prior
-    stands; None where the method does not tell."""
+    """Unit directions (K, 3) of x, y and lever times theta, map frame, that the scan did not constrain and the prior
+    fixes; None if the method has none."""
     searched: bool = False
-    """True where the coarse search was used."""
+    """True if the coarse search was used."""
     lost: bool = False
-    """True where the last scans did not fit the map."""
+    """True if the last scans did not fit the map."""
     odometry_only: bool = False
-    """True where the scan said nothing that could be trusted, and the pose is what odometry predicts."""
+    """True if the result was rejected, and the pose is the prediction of odometry."""
 
     def turned(self, angle: float) -> Self:
-        """The same match, its covariance and directions in axes that are turned back by this angle, radians."""
+        """Return the same match, with covariance and directions in axes rotated back by this angle, radians."""
         if angle == 0.0:
             return self
         c, s = cos(angle), sin(angle)
@@ -44,4 +44,4 @@ class Match:
 
 
 NO_MATCH = Match(Pose2D(), iterations=0, converged=False, points=0)
-"""Nothing to match: the prior stands."""
+"""Result without anything to match: the prior."""

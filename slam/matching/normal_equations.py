@@ -1,20 +1,20 @@
 """Pairs of facets and surfels, and the normal equations of their residuals, compiled: see least_squares.py.
 
-What is small and new in the map may walk: the legs of people, in a corridor often the only things that tell the way
-along it. Such facets have a say as if all had moved by one unknown shift since they were seen, which is eliminated.
+Small new things in the map may be moving: the legs of people, which in a corridor are often the only features along it.
+Such facets are used as if all had moved by one unknown shift since they were seen, which is eliminated.
 """
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.facets import LINKED, NX, NY, VARIANCE, X, Y
 from slam.mapping.surfel_grid import BORN, INFORMATION, Grid
 from slam.pose import FloatArray
 
-PAIR_COSINE = 0.85  # between the normals of a facet and of its surfel, at least
-ALONG_WEIGHT = 0.1  # what a square metre along the wall counts in choosing a surfel, against one across
-CLUSTER_SIGMA = 0.03  # metres: what a cluster shows of itself differs from place to place
-SHIFT_SIGMA = 0.05  # metres by which small things may have moved till then, all together
+PAIR_COSINE = 0.85  # least cosine between the normals of a facet and of its surfel
+ALONG_WEIGHT = 0.1  # weight of a squared metre along the wall in choosing a surfel, against one across
+CLUSTER_SIGMA = 0.03  # metres by which the echoes of a cluster vary
+SHIFT_SIGMA = 0.05  # metres by which small things may have moved since, all together
 
 
 @compiled
@@ -25,7 +25,7 @@ def fill_normal_equations(
     """Fill H (3, 3) and g (3,) for x, y, theta; returns the sum of the robust weights, which is at most 1 a facet.
 
     A facet is paired with a surfel nearer than ``gate``, metres, up to a whole cell away where the search is ``wide``.
-    What is small is new until the sensor has made ``standing_way`` since it saw it first.
+    A small thing counts as new until the sensor has moved ``standing_way`` since it was first seen.
     """
     c, s = np.cos(pose[2]), np.sin(pose[2])
     H[:] = 0.0
@@ -59,13 +59,13 @@ def fill_normal_equations(
     return inliers
 
 
-@compiled
+@compiled_on_views
 def _is_alone(facets: FloatArray, f: int) -> bool:
-    """True for a cluster, and for a segment of one facet: as small as a leg."""
+    """Return True for a cluster, and for a segment of one facet: as small as a leg."""
     return bool(facets[f, LINKED] == 0.0 and (f + 1 == len(facets) or facets[f + 1, LINKED] == 0.0))
 
 
-@compiled
+@compiled_on_views
 def _mirror(H: FloatArray) -> None:
     """Fill the lower triangle of a symmetric (3, 3) from the upper."""
     H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
@@ -73,7 +73,7 @@ def _mirror(H: FloatArray) -> None:
 
 @compiled
 def _free_shift(H: FloatArray, g: FloatArray) -> None:
-    """Let all of what gave H (3, 3) and g (3,) be shifted together by an unknown (dx, dy), which is eliminated.
+    """Allow an unknown common shift (dx, dy) of everything in H (3, 3) and g (3,), and eliminate it.
 
     That leaves the Schur complements H - U S U^T and g - U S g_xy, with U the first two columns of H and
     S = (H_xy + I / SHIFT_SIGMA^2)^-1: however many facets there are, they say no more than one of that sigma.
@@ -83,7 +83,7 @@ def _free_shift(H: FloatArray, g: FloatArray) -> None:
     p, q, r = H[0, 0] + SHIFT_SIGMA**-2, H[0, 1], H[1, 1] + SHIFT_SIGMA**-2
     determinant = p * r - q * q
     sxx, sxy, syy = r / determinant, -q / determinant, p / determinant
-    u, gx, gy = H[:, :2].copy(), g[0], g[1]
+    u, gx, gy = H.copy(), g[0], g[1]
     for i in range(3):
         x, y = u[i, 0] * sxx + u[i, 1] * sxy, u[i, 0] * sxy + u[i, 1] * syy
         g[i] -= x * gx + y * gy
@@ -91,12 +91,12 @@ def _free_shift(H: FloatArray, g: FloatArray) -> None:
             H[i, j] -= x * u[j, 0] + y * u[j, 1]
 
 
-@compiled
+@compiled_on_views
 def _add_residual(
     nx: float, ny: float, dx: float, dy: float, lx: float, ly: float, v: float, kernel: float, H: FloatArray,
     g: FloatArray,
 ) -> float:  # fmt: skip
-    """Add one residual along a normal, at the lever (lx, ly) from the sensor; returns its robust weight."""
+    """Add one residual along a normal, at the lever (lx, ly) from the sensor; return its robust weight."""
     r, jt = dx * nx + dy * ny, lx * ny - ly * nx
     robust = 1.0 / (1.0 + r * r / (kernel * kernel + v)) ** 2
     w = robust / v
@@ -112,9 +112,9 @@ def _add_residual(
     return robust
 
 
-@compiled
+@compiled_on_views
 def _nearest(x: float, y: float, nx: float, ny: float, grid: Grid, gate: float, wide: bool) -> int:
-    """The surfel for a facet, -1 for none: among the four nearest cells, or in the nine around where it is wide."""
+    """Return the surfel for a facet, -1 for none, from the four nearest cells, or from nine if ``wide``."""
     u, v = x / grid.cell, y / grid.cell
     row, column = int(np.floor(v)), int(np.floor(u))
     low_row = row - 1 if wide or v - row < 0.5 else row

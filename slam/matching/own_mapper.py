@@ -1,4 +1,4 @@
-"""A matcher of the user's own with its map, both checked at every call."""
+"""A user's own matcher with its map, both checked at every call."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from slam.scan import LaserScan
 
 
 class OwnMapper:
-    """Calls the matcher of the user, and checks what it returns.
+    """Calls the user's matcher, and checks its results.
 
-    InputError, of one line that names it, where it cannot be made, is no matcher, raises, or returns no Match.
+    InputError, of one line with its name, if it cannot be made, is not a matcher, raises, or returns no Match.
     """
 
     def __init__(self, config: OwnMethod, T_base_laser: Pose2D, seed: int) -> None:
@@ -27,12 +27,12 @@ class OwnMapper:
 
     @property
     def points(self) -> OwnPoints:
-        """The part of its map that is shown as points."""
+        """The part of its map that can be shown as points."""
         return OwnPoints(f"{self._place}.points", self._mapper.points)
 
     @property
     def lines(self) -> OwnLines:
-        """The part of its map that is shown as lines."""
+        """The part of its map that can be shown as lines."""
         return OwnLines(f"{self._place}.lines", self._mapper.lines)
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
@@ -58,7 +58,7 @@ class OwnMapper:
 
 
 class OwnPoints:
-    """The part of the map that is shown as points; InputError where it cannot be."""
+    """The part of the map that can be shown as points; InputError if that fails."""
 
     def __init__(self, place: str, part: Any) -> None:
         expect_parts(place, part, ("points", "__len__"), "set of points")
@@ -74,7 +74,7 @@ class OwnPoints:
 
 
 class OwnLines:
-    """The part of the map that is shown as lines; InputError where it cannot be."""
+    """The part of the map that can be shown as lines; InputError if that fails."""
 
     def __init__(self, place: str, part: Any) -> None:
         expect_parts(place, part, ("ends",), "set of lines")

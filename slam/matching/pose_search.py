@@ -1,10 +1,10 @@
 """The pose that fits a scan best: near the prior, in a window about it, and wherever else the robot may be.
 
-The prior is enough where most of the scan agrees with the map there. Else a window of three standard deviations is
-searched. Where what is found is still in doubt the wheels may have failed: said nothing, slipped, or been set to zero.
-Then every heading is tried within some metres of the last pose, whatever they say. A pose so far from what odometry
-predicts is taken only where the scan speaks for it as for no other. The map is asked what the scan should have seen
-from a pose as well as what it saw: see predicted_view.py.
+The prior is sufficient if most of the scan agrees with the map there. Otherwise a window of three standard deviations
+is searched. If the result is still doubtful, the wheels may have failed: stopped reporting, slipped, or been reset.
+Then every heading is tried within some metres of the last pose, independent of odometry. A pose so far from the
+prediction of odometry is accepted only if the scan clearly favours it over all others. The comparison uses both the
+walls that the scan saw and those that it should have seen from a pose: see predicted_view.py.
 """
 
 from dataclasses import dataclass
@@ -25,60 +25,60 @@ from slam.matching.wall_heading import WallHeading
 from slam.pose import FloatArray, wrap_angle
 from slam.scan import LaserScan
 
-MAX_CANDIDATES = 5  # poses of the window that are followed up ...
-CANDIDATE_SPACING = 0.05  # ... whose headings are so far apart, radians
+MAX_CANDIDATES = 5  # number of poses of the window that are refined
+CANDIDATE_SPACING = 0.05  # least difference of their headings, radians
 MIN_WINDOW, MIN_WINDOW_ANGLE = 0.3, 0.1  # metres and radians to each side: the smallest window
-WALL_TURN = np.radians(2.0)  # how far walls may turn a prior, beside its own three standard deviations ...
-MAX_WALL_TURN = np.radians(8.0)  # ... and at most
-WALL_TURN_FOUND = np.radians(4.0)  # how far they may turn a pose that was found by search
-SETTLED = 0.9, 0.7  # of the map that the scan bears out, and of the scan: above both no other pose is looked for
-AGAINST = 0.5  # what a share of beams that passed a wall takes from the share of the scan that agrees
-DOUBTED = 0.25, 0.5  # agreement of the scan with the map, of the map with the scan: in doubt below either ...
-CONTRADICTED = 0.3, 0.35  # ... and the scan is not believed below both
-FARTHEST = 4.0  # metres about the last pose that are searched, at most
-MAX_PLACES = 20  # poses from anywhere that are followed up
-ANYWHERE_SIGMA = 1.0  # metres and radians: all that is known of them
-FOUND_SHARE = 1 / 3  # of the scan that must agree at a pose from anywhere ...
-FOUND_GAIN = 0.35  # ... by how much more than at the pose in doubt, the beams against them counted ...
-FOUND_LEAD = 2.0  # ... and by how many facets more than at any other
-FOUND_TURN = 2.0  # ... and where the last pose was sure turned by less, radians: a corridor looks alike from both ends
-OTHER_PLACE = 0.3, 0.15  # metres or radians, from which on two poses are different
+WALL_TURN = np.radians(2.0)  # largest turn of a prior by walls, besides three standard deviations
+MAX_WALL_TURN = np.radians(8.0)  # upper bound of that turn
+WALL_TURN_FOUND = np.radians(4.0)  # largest turn by walls of a pose from the search
+SETTLED = 0.9, 0.7  # agreements of the map and of the scan: above both no other pose is searched
+AGAINST = 0.5  # weight of beams that passed a wall against pieces that agree
+DOUBTED = 0.25, 0.5  # agreements of scan and map: the pose is doubtful below either
+CONTRADICTED = 0.3, 0.35  # agreements of scan and map: the scan is rejected below both
+FARTHEST = 4.0  # metres about the last pose, the largest radius of the search
+MAX_PLACES = 20  # number of poses from anywhere that are refined
+ANYWHERE_SIGMA = 1.0  # metres and radians: their standard deviations
+FOUND_SHARE = 1 / 3  # least share of the scan that agrees at a pose from anywhere
+FOUND_GAIN = 0.35  # least gain over the doubtful pose, including the beams against both
+FOUND_LEAD = 2.0  # least gain over any other pose, facets
+FOUND_TURN = 2.0  # largest heading difference from a certain last pose, radians: a corridor looks alike from both ends
+OTHER_PLACE = 0.3, 0.15  # metres or radians beyond which two poses are different
 
 
 class Found(NamedTuple):
-    """The pose that was found, and how."""
+    """The pose that was found, and the way it was found."""
 
     fit: Fit
     searched: bool = False
-    """Beyond the prior."""
+    """True if the pose lies beyond the prior."""
     odometry_failed: bool = False
-    """Odometry had no part in it."""
+    """True if odometry was not used."""
     contradicted: bool = False
-    """The map speaks against the pose, and there is none that is better."""
+    """True if the map contradicts the pose, and there is no better one."""
     odometry_only: bool = False
-    """The pose is the prior."""
+    """True if the pose is the prior."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The scan, the map and the settings by which poses are compared."""
+    """The scan, the map and the settings with which poses are compared."""
 
     facets: FloatArray
-    """(F, 7)"""
+    """(F, 7): facets."""
     scan: LaserScan
     no_echo_reach: float
-    """Metres for which a beam without an echo was free."""
+    """Length for which a beam without an echo was free, metres."""
     grid: Grid
     settings: SolverSettings
 
     @cached_property
     def beams(self) -> FreeBeams:
-        """The beams of the scan; only a pose in doubt asks for them."""
+        """The beams of the scan; only needed for a doubtful pose."""
         return free_beams(self.scan, self.no_echo_reach)
 
     @property
     def settings_found(self) -> SolverSettings:
-        """Settings for a start that was found by search: it is no farther off than a pixel."""
+        """Settings for a start from the search, with an error of at most a pixel."""
         return self.settings._replace(first_kernel=4.0 * self.settings.kernel)
 
 
@@ -89,12 +89,12 @@ class PoseSearch:
         self._config, self._reach, self._walls = config, reach, walls
 
     def find(self, scene: Scene, prior: FloatArray, covariance: FloatArray, last: FloatArray, sure: bool) -> Found:
-        """The best pose, for a prior (3,) and its covariance (3, 3).
+        """Return the best pose, for a prior (3,) and its covariance (3, 3).
 
-        ``last`` (3,) is where the sensor was before, for ``sure`` where its scan agreed with the map there.
+        ``last`` (3,) is the previous pose of the sensor, and ``sure`` is True if its scan agreed with the map there.
 
-        The heading of the walls is asked where scans are far apart: where they overlap, the map holds the heading
-        better than the building's directions, which err alike in every scan.
+        The heading from walls is used if scans are far apart: if they overlap, the map holds the heading better than
+        the building's directions, whose error is the same in every scan.
         """
         config, count = self._config, len(scene.facets)
         information = np.asarray(np.linalg.inv(covariance), np.float64)
@@ -128,14 +128,14 @@ class PoseSearch:
         return Found(best, True, contradicted=share < CONTRADICTED[0] and borne_out < CONTRADICTED[1])
 
     def _best(self, scores: list[float]) -> int:
-        """The number of the highest score; the first must be beaten by ``gain``."""
+        """Return the index of the highest score; the first must be beaten by ``gain``."""
         best = int(np.argmax(scores))
         return best if scores[best] > scores[0] + self._config.gain else 0
 
     def _window(
         self, scene: Scene, prior: FloatArray, information: FloatArray, width: float, angle: float
     ) -> list[FloatArray]:
-        """The best poses (3,) of the window, of headings well apart."""
+        """Return the best poses (3,) of the window, with clearly different headings."""
         config = self._config
         width, angle = (
             min(config.window, max(MIN_WINDOW, width)),
@@ -152,10 +152,10 @@ class PoseSearch:
         return chosen
 
     def _anywhere(self, scene: Scene, last: FloatArray, prior: FloatArray, sure: bool, doubtful: float) -> Fit | None:
-        """The pose about ``last`` (3,) for which the scan speaks as for no other; None where there is none.
+        """Return the pose about ``last`` (3,) that the scan clearly favours over all others; None if there is none.
 
-        It must speak for it more than for the one of value ``doubtful``. The search goes as much farther as the wheels
-        went, in whatever direction.
+        It must be better than the doubtful one of value ``doubtful``. The search radius grows with the distance that
+        the wheels measured.
         """
         step = float(np.hypot(*(prior - last)[:2]))
         count, around = len(scene.facets), min(self._config.anywhere + step, FARTHEST)
@@ -177,7 +177,7 @@ class PoseSearch:
         return best if leads and agrees and not (sure and turned > FOUND_TURN) else None
 
     def _value(self, scene: Scene, fit: Fit) -> float:
-        """Facets that agree, less the beams that do not agree with the map, counted as facets."""
+        """Return the number of agreeing facets, minus the beams that disagree with the map, counted as facets."""
         return fit.inliers - AGAINST * self._view(scene, fit).against * len(scene.facets)
 
     def _settled(self, scene: Scene, fit: Fit) -> bool:
@@ -193,7 +193,7 @@ def _unrefined(prior: FloatArray, information: FloatArray, *_: float) -> tuple[F
 
 
 def _cost(pose: FloatArray, prior: FloatArray, information: FloatArray) -> float:
-    """Half the squared Mahalanobis distance of a pose from the prior."""
+    """Return half the squared Mahalanobis distance of a pose from the prior."""
     offset = pose_offset(pose, prior)
     return 0.5 * float(offset @ information @ offset)
 
@@ -204,5 +204,5 @@ def _apart(pose: FloatArray, other: FloatArray, distance: float, angle: float) -
 
 
 def pose_offset(pose: FloatArray, prior: FloatArray) -> FloatArray:
-    """The difference (3,) of two poses, its angle within half a turn."""
+    """Return the difference (3,) of two poses, with its angle within half a turn."""
     return np.array([pose[0] - prior[0], pose[1] - prior[1], wrap_angle(pose[2] - prior[2])])

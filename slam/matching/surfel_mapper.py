@@ -19,9 +19,9 @@ from slam.motion_model import excess_covariance, motion_covariance, propagate, u
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
-STANDING_WAY = 1.0  # of the sensor until a small thing is believed to stand, metres and radians: legs do not so long
+STANDING_WAY = 1.0  # metres and radians of the sensor until a small thing counts as standing: legs do not
 KERNEL_SIGMAS, FLOOR_SIGMAS = 2.0, 0.6  # least kernel and floor, in standard deviations of a near range
-UNSUPPORTED = 0.1  # share of the facets that agree, below which a scan says nothing of the pose
+UNSUPPORTED = 0.1  # least share of agreeing facets: below it a scan is rejected
 
 
 class SurfelMapper:
@@ -58,7 +58,7 @@ class SurfelMapper:
         return self.state.bad_matches >= self.config.lost_after
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
-        """The pose of the sensor after the scan, given the pose of the base that odometry predicts."""
+        """Match a scan: return the pose of the sensor, given the pose of the base that odometry predicts."""
         self._facets = facets_of(scan, segments, self.config.facet_length)
         self._walls.observe(segments)
         last = self.state.T_map_base
@@ -74,10 +74,9 @@ class SurfelMapper:
         return self._fuse(found, T_map_laser, predicted, motion, propagate(motion, prior, T_map_laser))
 
     def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
-        """Add the facets of the scan located last, where it was taken far enough from the last that was added.
+        """Add the facets of the last located scan, if it was taken far enough from the last one that was added.
 
-        While lost, or where the map contradicts the scan, nothing is added: what is put in the wrong place would stay
-        there.
+        While the robot is lost, or if the map contradicts the scan, nothing is added: errors would stay in the map.
         """
         if self._lost or (self._found is not None and self._found.contradicted):
             return
@@ -90,21 +89,21 @@ class SurfelMapper:
             self._walls.add_walls(T_map_laser.theta)
 
     def _with(self, **changes: Any) -> SurfelMapperState:
-        """The state with these fields changed."""
+        """Change these fields of the state."""
         return replace(self.state, **changes)
 
     def _begin(self, start: Pose2D, stamp: float) -> Match:
-        """There is no map before the first scan: its pose is known, or it is where the map begins."""
+        """Return the match of the first scan, without a map: the pose is known, or defines the map."""
         self.state = replace(self.state, T_map_base=start, stamp=stamp)
         covariance = self._pose_covariance(start, self.state.covariance)
         return Match(Pose2D(), 0, False, 0, covariance=covariance)
 
     def _pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
-        """Covariance (3, 3) of a pose of the base against the truth, for that against the map."""
+        """Return the covariance (3, 3) of a pose of the base against the true pose, for that against the map."""
         return self.state.uncertainty.pose_covariance(pose, match_covariance)
 
     def _motion_covariance(self, last: Pose2D, prior: Pose2D, stamp: float) -> FloatArray:
-        """Covariance (3, 3) of the motion since the last scan, as odometry has it or as time lets it be."""
+        """Return the covariance (3, 3) of the motion since the last scan, by odometry or by the elapsed time."""
         config, before = self.config.motion, self.state.stamp
         if self._odometry:
             return motion_covariance(last.between(prior), last.theta, config)
@@ -112,9 +111,9 @@ class SurfelMapper:
         return np.diag(np.full(3, max(config.without_odometry, config.speed_without_odometry * seconds) ** 2))
 
     def _predicted(self, last: Pose2D, prior: Pose2D, motion: FloatArray) -> FloatArray:
-        """Covariance (3, 3) of the base at the prior.
+        """Return the covariance (3, 3) of the base at the prior.
 
-        It is that of the last pose, of the motion, and of what the wheels did lately that no model of them expects.
+        It is that of the last pose, plus the motion, plus recent odometry errors beyond its model.
         """
         at_prior = propagate(self.state.covariance, last, prior) + self.state.odometry_inflation * motion
         return at_prior + excess_covariance(self.state.odometry_excess)
@@ -122,7 +121,7 @@ class SurfelMapper:
     def _find(
         self, scan: LaserScan, noise: RangeNoise | None, prior: Pose2D, predicted: FloatArray, last: Pose2D
     ) -> Found:
-        """The pose of the sensor that fits best; the prior where the scan says nothing that can be trusted."""
+        """Return the pose of the sensor that fits best; the prior if the scan is rejected."""
         settings = _for_noise(self._settings, noise)
         scene = Scene(self._facets, scan, self.map.config.no_echo_reach, self.map.grid, settings)
         sure = self.state.bad_matches == 0
@@ -136,7 +135,7 @@ class SurfelMapper:
     def _fuse(
         self, found: Found, prior: Pose2D, predicted: FloatArray, motion: FloatArray, laser_motion: FloatArray
     ) -> Match:
-        """Fuse what was found with what was predicted, and learn how far odometry can be trusted.
+        """Fuse the match with the prediction, and learn the accuracy of odometry.
 
         The prediction is the covariance (3, 3) of the sensor at the prior. ``motion`` (3, 3) is that of the last motion
         of the base, the other the sensor's.
@@ -166,7 +165,7 @@ class SurfelMapper:
     def _learnt(
         self, found: Found, offset: FloatArray, motion: FloatArray, innovation_squared: float
     ) -> dict[str, Any]:
-        """New fields of the state: odometry is trusted less where scans contradict it; bad matches are counted."""
+        """Return new fields of the state: odometry variances, larger after a contradiction, and the bad matches."""
         config, state = self.config, self.state
         most, memory = config.motion.most_growth, config.motion.memory
         inflation = memory * state.odometry_inflation + (1.0 - memory) * min(innovation_squared, 2.0 * most)
@@ -182,19 +181,19 @@ class SurfelMapper:
 
 
 def _search_config(config: SearchConfig, odometry: bool) -> SearchConfig:
-    """Without odometry the heading is searched as far as a robot turns between two scans that are far apart."""
+    """Return the window; without odometry it spans the heading that a robot may turn between two distant scans."""
     widest = config.window_angle if odometry else config.window_angle_without_odometry
     return config.model_copy(update={"window_angle": widest})
 
 
 def _solver_settings(config: LeastSquaresConfig, odometry: bool) -> SolverSettings:
-    """Without odometry all that is seen is believed to stand: there is nothing else to tell the motion by."""
+    """Return the settings; without odometry, everything counts as standing, as nothing else measures the motion."""
     shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_way"}
     return SolverSettings(**shared, standing_way=STANDING_WAY if odometry else 0.0)
 
 
 def _for_noise(settings: SolverSettings, noise: RangeNoise | None) -> SolverSettings:
-    """The settings with a kernel and a floor as wide as the noise of a coarse sensor asks for."""
+    """Return the settings with a kernel and a floor at least as wide as the sensor's noise."""
     near = 0.0 if noise is None else noise.near
     kernel, floor = max(settings.kernel, KERNEL_SIGMAS * near), max(settings.floor, FLOOR_SIGMAS * near)
     return settings._replace(kernel=kernel, floor=floor)

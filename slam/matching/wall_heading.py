@@ -2,21 +2,21 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import Segments
 from slam.mapping.directions import LENGTH, THETA, VARIANCE, Directions, quarter_turn_difference
 from slam.pose import FloatArray, wrap_angle
 
-MIN_LENGTH = 1.0  # metres: shorter segments say too little of a direction ...
-MAX_SIGMA = np.radians(1.0)  # ... and so do those less sure of theirs, one standard deviation
-AGREEMENT_ANGLE = np.radians(2.0)  # a wall lies in a direction when it is nearer to it than this
-MAJORITY = 0.6  # of the long walls of a scan, by length, that must lie in one
-RIVAL_SHARE = 0.8  # no other heading may have this share of what the best one has
-MEAN_ROUNDS = 3  # of reweighting the mean
+MIN_LENGTH = 1.0  # least length of a segment, metres
+MAX_SIGMA = np.radians(1.0)  # largest standard deviation of its direction
+AGREEMENT_ANGLE = np.radians(2.0)  # largest deviation of a wall from its direction
+MAJORITY = 0.6  # least share of the long walls of a scan, by length, that lie in one direction
+RIVAL_SHARE = 0.8  # share of the best heading's score that no other heading may reach
+MEAN_ROUNDS = 3  # rounds of reweighting the mean
 
 
 class WallHeading:
-    """Heading of the present scan by the main directions of a building, to which the scan adds its own walls."""
+    """Heading of the present scan from the main directions of a building, to which the scan adds its own walls."""
 
     def __init__(self, directions: Directions, enabled: bool = True) -> None:
         self.directions, self._enabled = directions, enabled
@@ -31,10 +31,10 @@ class WallHeading:
     def refine_prior(
         self, prior: FloatArray, information: FloatArray, heading: float, widest: float
     ) -> tuple[FloatArray, FloatArray]:
-        """A prior (3,) of the sensor and its information (3, 3), made better by the main direction of the walls.
+        """Improve a prior (3,) of the sensor and its information (3, 3) by the main direction of the walls.
 
-        That is the one they have when the sensor turns from ``heading`` by no more than ``widest``, radians; without
-        one the prior stays the same.
+        The sensor may turn from ``heading`` by at most ``widest``, radians; without a main direction the prior is
+        unchanged.
         """
         main = self.directions.main
         if not len(self._walls) or not len(main):
@@ -55,7 +55,7 @@ class WallHeading:
 
 @compiled
 def _long_walls(theta: FloatArray, start: FloatArray, end: FloatArray, covariance: FloatArray) -> FloatArray:
-    """The segments that are long and sure enough, as walls (M, 3)."""
+    """Return the segments that are long and certain enough, as walls (M, 3)."""
     walls, count = np.empty((len(theta), 3)), 0
     for m in range(len(theta)):
         length = np.hypot(end[m, 0] - start[m, 0], end[m, 1] - start[m, 1])
@@ -68,11 +68,11 @@ def _long_walls(theta: FloatArray, start: FloatArray, end: FloatArray, covarianc
 
 @compiled
 def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: float) -> tuple[float, float]:
-    """The turn of the sensor's heading that lays the walls (M, 3) into the main directions (K, 2), and its variance.
+    """Return the turn of the sensor that aligns the walls (M, 3) with the main directions (K, 2), and its variance.
 
     The turn is at most ``widest``; rad and rad^2.
 
-    The variance is infinite where the walls do not tell: too few of them agree, or they agree as well at another
+    The variance is infinite if the walls are not conclusive: too few of them agree, or they agree as well at another
     heading.
     """
     best = turn = length = 0.0
@@ -88,9 +88,9 @@ def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: fl
     return _mean(walls, main, heading, turn)
 
 
-@compiled
+@compiled_on_views
 def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: float, turn: float, enough: float) -> bool:
-    """True where another heading of the window has enough metres of agreeing wall."""
+    """Return True if another heading of the window has enough metres of agreeing wall."""
     for m in range(len(walls)):
         for k in range(len(main)):
             off = quarter_turn_difference(walls[m, THETA] + heading, main[k, THETA])
@@ -100,9 +100,9 @@ def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: floa
     return False
 
 
-@compiled
+@compiled_on_views
 def _agreeing(walls: FloatArray, main: FloatArray, heading: float) -> float:
-    """Metres of wall in main directions at this heading, each weighed by how well it fits."""
+    """Return the metres of wall in main directions at this heading, each weighted by its fit."""
     metres = 0.0
     for m in range(len(walls)):
         off, _ = _nearest(walls[m, THETA] + heading, main)
@@ -110,11 +110,11 @@ def _agreeing(walls: FloatArray, main: FloatArray, heading: float) -> float:
     return metres
 
 
-@compiled
+@compiled_on_views
 def _mean(walls: FloatArray, main: FloatArray, heading: float, turn: float) -> tuple[float, float]:
-    """Return the robust mean (Tukey) of the turns that the walls ask for, and its variance.
+    """Return the robust mean (Tukey) of the turns that align the walls, and its variance.
 
-    Walls of one building may all be off by the same, so that many of them are no surer than one.
+    The walls of one building may share an error, so that many of them are no more certain than one.
     """
     variance = np.inf
     for _ in range(MEAN_ROUNDS):
@@ -131,9 +131,9 @@ def _mean(walls: FloatArray, main: FloatArray, heading: float, turn: float) -> t
     return turn, variance
 
 
-@compiled
+@compiled_on_views
 def _nearest(direction: float, main: FloatArray) -> tuple[float, float]:
-    """The turn from a direction to the nearest main one, and the variance of that."""
+    """Return the turn from a direction to the nearest main one, and its variance."""
     least, variance = np.inf, 0.0
     for k in range(len(main)):
         off = quarter_turn_difference(direction, main[k, THETA])

@@ -15,18 +15,18 @@ BACKENDS: Final = {
     "hardware": "hardware.robot:HardwareRobot",
     "ros": "slam.run.ros_robot.robot:TopicRobot",
 }
-"""slam knows of sim and hardware by name only."""
+"""Back ends by name; slam does not import sim and hardware."""
 
 PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "sim.plant:plan_plant"}
-"""Functions of the scenario that make what moves the emulated devices."""
+"""Functions from a scenario to the plant that moves the emulated devices."""
 PLANT_PARTS: Final = (
     "T_map_base", "elapsed", "odometry", "travel", "stalled", "advance", "ranges", "bumpers", "sonar",
 )  # fmt: skip
-"""Attributes that a plant has: see hardware/emulator/plant.py."""
+"""Attributes of a plant: see hardware/emulator/plant.py."""
 
 
 def make_plant(name: str, *args: Any) -> Any:
-    """The plant of this name; ScenarioError lists the known ones."""
+    """Make the plant with this name; ScenarioError lists the known ones."""
     place = _place(name, PLANTS, "plant")
     if name in PLANTS:
         return import_by_name(place)(*args)
@@ -36,7 +36,7 @@ def make_plant(name: str, *args: Any) -> Any:
 
 
 def make_robot(backend: str, *args: Any, **options: Any) -> Robot:
-    """A robot of the named back end, or of one named ``module:Class``, made from what its class takes.
+    """Make a robot of the named back end, or of one named ``module:Class``, with the arguments of its class.
 
     ScenarioError lists the known names.
     """
@@ -48,12 +48,12 @@ def make_robot(backend: str, *args: Any, **options: Any) -> Robot:
 
 
 def is_restartable(backend: str) -> bool:
-    """True where robots of this back end can be set back to their start."""
+    """Return True if robots of this back end can be reset to their start."""
     return _can_restart(_robot_code(backend))
 
 
 def _robot_code(backend: str) -> Any:
-    """The class or function that makes the robots of the named back end."""
+    """Return the class or function that makes the robots of the named back end."""
     place = _place(backend, BACKENDS, "robot back end")
     return import_by_name(place) if backend in BACKENDS else find_code(place, (place,))
 

@@ -1,4 +1,4 @@
-"""An experiment carried out for a command or a program: on its topics, in its viewers, with its warnings."""
+"""Runs an experiment for a command or a program: on its topics, in its viewers, with its warnings."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ def carry_out(
     experiment: Experiment, out: str | Path | None, rerun: str | Sequence[str], choice: TopicChoice, pictures: bool,
     check: bool, lenient: bool, viewers: Viewers | None, console: Terminal,
 ) -> Run:  # fmt: skip
-    """Run the experiment on its topics, and in the viewers of the command or in those of ``rerun`` until it is over."""
+    """Run the experiment, published on its topics and shown in the given viewers, or in those of ``rerun``."""
     if viewers is None:
         with Viewers(rerun, console) as own:
             return carry_out(experiment, out, (), choice, pictures, check, lenient, own, console)

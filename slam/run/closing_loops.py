@@ -1,4 +1,4 @@
-"""The loops of a run closed once more when it is over, and what is then known of it."""
+"""Final loop closing at the end of a run, and its results."""
 
 from array import array
 from dataclasses import dataclass
@@ -27,18 +27,18 @@ from slam.saved_slam import SavedSlam
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosedLoops:
-    """A run whose loops were closed when it was over."""
+    """A finished run with its closed loops."""
 
     run: ClosedRun
     graph: RunGraph
     saved: SavedSlam | None
-    """The method in the closed map."""
+    """State of the method in the closed map."""
     stamps: FloatArray
-    """(S,) seconds, of all scans ..."""
+    """(S,): stamps of all scans, seconds."""
     trajectory: FloatArray
-    """... and ``T_map_base`` (S, 3) with each."""
+    """(S, 3): ``T_map_base`` at each scan."""
     seconds: float
-    """Wall time that it took."""
+    """Wall time of the final optimisation, seconds."""
 
     @property
     def metrics(self) -> dict[str, Any]:
@@ -49,8 +49,8 @@ class ClosedLoops:
     def write(self, folder: Path) -> None:
         """Write the files of a closed run.
 
-        They are ``map.json``, ``walls.geojson``, ``key_scans.npz``, ``graph.json`` and, last of all, ``closed.tum``: a
-        run that has it has all of them.
+        They are ``map.json``, ``walls.geojson``, ``key_scans.npz``, ``graph.json`` and, last of all, ``closed.tum``: if
+        that exists, all of them do.
         """
         if self.saved is not None:
             write_map(folder / "map.json", self.saved)
@@ -61,32 +61,32 @@ class ClosedLoops:
 
 
 class LoopCloser:
-    """A watcher that notes where the front end has the robot, and closes the loops when the run is over."""
+    """Watcher that records the poses of the front end, and closes the loops at the end of the run."""
 
     def __init__(self, slam: Estimator) -> None:
         self._slam = slam
-        self._rows = array("d")  # stamp, and x, y, theta of T_local_base, of one scan after another
+        self._rows = array("d")  # stamp, and x, y, theta of T_local_base, of all scans in a row
         self.back_end_lost = ""
-        """One sentence on how and when the back end ended before its time; empty where it did not."""
+        """One sentence on how and when the back end ended too early; empty if it did not."""
 
     @property
     def steps(self) -> int:
-        """Number of the scans until now."""
+        """Number of scans so far."""
         return len(self._rows) // 4
 
     def on_step(self, step: Step) -> None:
-        """Take note of one step."""
+        """Record one step."""
         self.add(step.estimate)
 
     def add(self, estimate: Estimate) -> None:
-        """Take note of one estimate."""
+        """Record one estimate."""
         if estimate.back_end_lost and not self.back_end_lost:
             self.back_end_lost = f"{estimate.back_end_lost}; no loop is closed from scan {self.steps} on"
         local = estimate.T_local_base
         self._rows.extend((estimate.stamp, local.x, local.y, local.theta))
 
     def close_loops(self, console: Terminal) -> ClosedLoops | None:
-        """Close them as ``closed`` does; None, too, where Ctrl-C ends it: the run stays as it was known on the way."""
+        """Close the loops as ``closed`` does; None also if Ctrl-C interrupts it: the run then stays unchanged."""
         try:
             with console.waiting("closing loops"):
                 return self.closed()
@@ -94,7 +94,10 @@ class LoopCloser:
             return None
 
     def closed(self) -> ClosedLoops | None:
-        """Close them; None for a method that closes none, before the first scan, and where what closes them is lost."""
+        """Close the loops.
+
+        None for a method without loop closing, before the first scan, and if the back end has died.
+        """
         if not self._rows:
             return None
         began, table = perf_counter(), np.array(self._rows).reshape(-1, 4)

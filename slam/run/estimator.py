@@ -1,4 +1,4 @@
-"""The Estimator protocol, by which a run knows whatever estimates the pose; dead reckoning; the one of the settings."""
+"""The Estimator protocol of a run; dead reckoning; and the estimator of the settings."""
 
 from typing import Protocol
 
@@ -35,16 +35,16 @@ class Estimator(Protocol):
 
 
 class DeadReckoning:
-    """Wheel odometry alone, with which the others are compared: no scan is looked at, and no map made."""
+    """Wheel odometry alone, for comparison: it ignores scans, and makes no map."""
 
     def __init__(self, T_base_laser: Pose2D, T_map_base: Pose2D) -> None:
         self.T_base_laser = T_base_laser
         self.T_map_base = T_map_base
         self.points, self.lines = PointMap(), LineMap()
-        self._last: Pose2D | None = None  # T_odom_base with the last scan
+        self._last: Pose2D | None = None  # T_odom_base at the last scan
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
-        """Move as the wheels did since the last scan."""
+        """Move by the odometry since the last scan."""
         if self._last is not None:
             self.T_map_base = self.T_map_base @ self._last.between(odometry.T_odom_base)
         self._last = odometry.T_odom_base
@@ -54,14 +54,17 @@ class DeadReckoning:
 def make_estimator(
     config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D, seed: int, timing: Timing = STEPPED
 ) -> Estimator:
-    """The method of these settings, with the robot's base at its start; ``timing`` says when loops move the map."""
+    """Make the method of these settings, with the robot's base at its start.
+
+    ``timing`` says when closures are applied.
+    """
     if config.mode == "dead_reckoning":
         return DeadReckoning(T_base_laser, T_map_base)
     return LineSlam(config, T_base_laser, T_map_base, seed, timing)
 
 
 def noise_learnt_by(estimator: Estimator) -> RangeNoise | None:
-    """The noise of the ranges after a run; None where the method asks for none."""
+    """Return the learnt noise of the ranges after a run; None if the method does not learn it."""
     slam = _method_of(estimator)
     if not isinstance(slam, LineSlam | LineLocalizer) or isinstance(slam.config.lines, HoppingConfig):
         return None
@@ -69,22 +72,22 @@ def noise_learnt_by(estimator: Estimator) -> RangeNoise | None:
 
 
 def finish(estimator: Estimator) -> ClosedRun | None:
-    """There are no more scans: the run with all its loops closed.
+    """End the run: return it with all its loops closed.
 
-    None where the method closes none. BackEndLost where what closes them has ended.
+    None if the method closes none. BackEndLost if the back end has ended.
     """
     slam = _method_of(estimator)
     return slam.finish() if isinstance(slam, LineSlam) else None
 
 
 def map_made_by(estimator: Estimator, closed: ClosedRun | None = None) -> SavedSlam | None:
-    """The map to save after a run, which may be ``closed``; None where it was not changed, or is the paper's."""
+    """Return the map to save after a run, which may be ``closed``; None if it was not changed, or is the paper's."""
     slam = _method_of(estimator)
     return save(slam, closed) if isinstance(slam, LineSlam) else None
 
 
 def _method_of(estimator: Estimator) -> Estimator | None:
-    """The estimator that maps; of LocalizeThenMap None until it does."""
+    """Return the estimator that maps; None for LocalizeThenMap before it maps."""
     return estimator.slam if isinstance(estimator, LocalizeThenMap) else estimator
 
 

@@ -53,7 +53,7 @@ class Outcome:
     error: HopslamError | None = None
     """Error of a run that failed."""
     signal: int = SIGINT
-    """Number of the signal that interrupted it, where one did."""
+    """Number of the signal that interrupted it, if one did."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,15 +72,15 @@ class Experiment:
     loss: Loss | None = None
     """Scans of the recorded log that could not be used."""
     T_map_odom: Pose2D | None = None
-    """Start of dead reckoning; None: the robot's first estimate."""
+    """Start of dead reckoning; None for the robot's first estimate."""
     duration: float = inf
-    """Duration of the scenario, seconds, where the robot keeps to it."""
+    """Duration of the scenario, seconds, if the robot observes it."""
     measures: Callable[[Path], dict[str, Any]] = measure
     """Computes the metrics of a run folder."""
     topics: TopicSession | None = None
-    """Buses that it is published on."""
+    """Buses on which the run is published."""
     patience: float | None = None
-    """Seconds for which a robot that fell silent is waited for; None: as the scenario says."""
+    """Seconds to wait for a robot that fell silent; None for the scenario's setting."""
 
     def run(
         self,
@@ -89,10 +89,10 @@ class Experiment:
         console: Terminal | None = None,
         pictures: bool = True,
     ) -> Outcome:
-        """Run to the end, to Ctrl-C, or to the failure of the robot or of the user's own code.
+        """Run to the end, to Ctrl-C, or to a failure of the robot or of the user's own code.
 
-        What was done is in the folder in every case. Raises InputError for files that cannot be written, before
-        anything is done, and StorageError on the way.
+        In every case the folder has the results so far. Raises InputError for files that cannot be written, before the
+        run, and StorageError during it.
         """
         console = console or Terminal(quiet=True)
         self.env.prepare(self.seed)
@@ -126,7 +126,7 @@ class Experiment:
         return Outcome(folder, ending, metrics, error)
 
     def _draw(self, folder: Path, console: Terminal, closed: ClosedLoops | None) -> None:
-        from slam.run.pictures.error_curves import draw_errors  # late: matplotlib takes long to load
+        from slam.run.pictures.error_curves import draw_errors  # here, as matplotlib takes long to load
         from slam.run.pictures.map_picture import draw_map
 
         points, lines = (closed.run.map, closed.run.map) if closed else (self.slam.points, self.slam.lines)
@@ -138,7 +138,7 @@ class Experiment:
         self, folder: Path, viewers: Viewers, console: Terminal, seen: SeenWalls, closer: LoopCloser,
         interruption: Interruption,
     ) -> tuple[Ending, HopslamError | None, ClosedLoops | None]:  # fmt: skip
-        """The loop, and its loops closed when it is over, shown and written."""
+        """Run the loop, close its loops at the end, and show and write them."""
         messages = StepMessages()
         with ExitStack() as shown:
             viewer = published = None
@@ -172,7 +172,7 @@ class Experiment:
         watchers: Sequence[Watcher],
         interruption: Interruption,
     ) -> tuple[Ending, HopslamError | None]:
-        """The loop with all its watchers, whose files are closed whatever ends it."""
+        """Run the loop with all its watchers, whose files are closed in any case."""
         T_map_odom, T_base_laser = self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser
         with ExitStack() as stack:
             recorder = stack.enter_context(Recorder(folder, T_map_odom, T_base_laser))
@@ -181,7 +181,7 @@ class Experiment:
             return self._loop([recorder, log, *watchers, progress, interruption], interruption)
 
     def _loop(self, watchers: Sequence[Watcher], interruption: Interruption) -> tuple[Ending, HopslamError | None]:
-        """Run the loop; whatever ends it, the robot is stopped at once."""
+        """Run the loop; in any case the robot is stopped at once."""
         try:
             patience = self.scenario.hardware.patience if self.patience is None else self.patience
             ending = run_loop(
@@ -192,14 +192,14 @@ class Experiment:
             return "interrupted", None
         except BatteryEmpty as error:
             return "battery empty", error
-        except (RobotError, InputError) as error:  # InputError: of an extractor or matcher of the user's own
+        except (RobotError, InputError) as error:  # InputError: of the user's own extractor or matcher
             return ("failed", error) if interruption.signal is None else ("interrupted", None)
         finally:
             self.env.close()
 
     @property
     def scene(self) -> Scene:
-        """Scene of the viewer before the first scan."""
+        """Return the viewer's scene before the first scan."""
         odom = self.T_map_odom or self.slam.T_map_base
         deskew, outlines = self.scenario.slam.deskew, tuple(self.outlines)
         curves = plots(battery=self.notes.get("backend") == "hardware")

@@ -36,7 +36,7 @@ from slam.scenario.schema import Scenario
 
 
 def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: Any) -> Experiment:
-    """Set up a robot of this back end to drive the scenario's route on the pose that the method estimates.
+    """Set up a robot of this back end to drive the scenario's route on the estimated pose.
 
     ``options`` are the back end's own. Only the simulated robot needs the scenario's world.
     """
@@ -60,9 +60,9 @@ def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: Any
 
 
 def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None = None) -> Experiment:
-    """Set up a recorded log to run through the method as the scenario sets it; its world and robot are not used.
+    """Set up a recorded log to run through the method of the scenario; its world and robot are not used.
 
-    The robot begins where the log says it is in the map, or at the origin; without odometry in the log, none is used.
+    The robot begins at the log's start in the map, or at the origin; if the log has no odometry, none is used.
     """
     log = read_log(path, topics)
     name = re.sub(r"[^A-Za-z0-9._ -]", "-", path.resolve().name.lstrip(".")).split(".")[0] or "log"
@@ -80,9 +80,9 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
 
 
 def following_experiment(scenario: Scenario, robot: TopicRobot) -> Experiment:
-    """Set up the method as the scenario sets it on a robot that others drive, and that is met; it ends when told to.
+    """Set up the method of the scenario on a robot that others drive; it ends on request.
 
-    The robot begins where the scenario's does; the scenario's world is not used.
+    The robot begins at the scenario's start pose; the scenario's world is not used.
     """
     start, slam, ros = scenario.robot.start.pose, scenario.slam, scenario.ros
     scenario = Scenario(
@@ -100,9 +100,10 @@ def following_experiment(scenario: Scenario, robot: TopicRobot) -> Experiment:
 
 
 def _timing_of(path: Path, config: SlamConfig) -> Timing:
-    """Scans at which the run of this log took its closures over, where it had the same settings.
+    """Return the scans at which the run of this log applied its closures, if it had the same settings.
 
-    The replay of a real robot's run, which waits for none, then gives the same bits; STEPPED for any other log.
+    The replay of a real robot's run, which does not wait for closures, then gives the same bits; STEPPED for any other
+    log.
     """
     folder = path if path.is_dir() else path.parent
     if not (folder / "config.yaml").is_file() or read_scenario(folder / "config.yaml").slam != config:
@@ -112,10 +113,10 @@ def _timing_of(path: Path, config: SlamConfig) -> Timing:
 
 
 def continue_mapping(experiment: Experiment, path: Path, start: Literal["given", "saved", "search"]) -> Experiment:
-    """Let the experiment go on mapping in the map of this file.
+    """Let the experiment continue the map in this file.
 
-    The robot is where the experiment has it (``given``), where it was when the map was saved (``saved``), or must find
-    its place first (``search``), for which a simulated robot wanders. InputError for a map that cannot be used.
+    The robot starts at the experiment's start (``given``), at its last pose in the saved map (``saved``), or must find
+    its pose first (``search``), for which a simulated robot wanders. InputError for a map that cannot be used.
     """
     config, mount, begun = experiment.scenario.slam, experiment.slam.T_base_laser, experiment.slam
     timing = begun.timing if isinstance(begun, LineSlam) else STEPPED
@@ -129,7 +130,7 @@ def continue_mapping(experiment: Experiment, path: Path, start: Literal["given",
 
 
 def _graph_of(path: Path, config: SlamConfig) -> KnownGraph | None:
-    """Graph that a map rests on, from the files beside it; None without them, or where no loops are to be closed."""
+    """Return the graph of a map, from the files beside it; None without them, or if no loops are to be closed."""
     graph, keys = path.with_name("graph.json"), path.with_name("key_scans.npz")
     if config.loops == "never" or not (graph.is_file() and keys.is_file()):
         return None
@@ -137,10 +138,10 @@ def _graph_of(path: Path, config: SlamConfig) -> KnownGraph | None:
 
 
 def localize_in_map(experiment: Experiment, path: Path) -> Experiment:
-    """Let the experiment find its place in the map of this file, which stays as it is.
+    """Let the experiment find its pose in the map of this file, which does not change.
 
-    A simulated robot wanders until it is sure, and then drives its route, or wanders on where it has none. InputError
-    for a map that cannot be used.
+    A simulated robot wanders until it is sure, and then drives its route, or continues to wander without one.
+    InputError for a map that cannot be used.
     """
     config = experiment.scenario.slam
     saved = read_map(path, config)
@@ -151,7 +152,7 @@ def localize_in_map(experiment: Experiment, path: Path) -> Experiment:
 
 
 def _searching(experiment: Experiment, known: Callable[[], bool]) -> Experiment:
-    """Let a robot that can be driven wander while its place is not known."""
+    """Let a robot that can be driven wander while its pose is unknown."""
     if isinstance(experiment.pilot, Passenger):
         return experiment
     then = experiment.pilot if experiment.scenario.route.waypoints else Wanderer()
@@ -162,9 +163,9 @@ def _searching(experiment: Experiment, known: Callable[[], bool]) -> Experiment:
 def on_topics(experiment: Experiment, topics: TopicSession) -> Experiment:
     """Let the experiment be published and driven on topics.
 
-    A simulated robot and a recorded log keep to the wall clock then. A robot drives its route until the first command
-    comes, and from then on as it is told; stepped, it stands until the next command. InputError for a pace that the
-    robot cannot go at.
+    A simulated robot and a recorded log then run at the pace of the wall clock. A robot drives its route until the
+    first command comes, and then follows commands; with pace 0 it stands until the next command. InputError for an
+    impossible pace.
     """
     topics.hear_initial_pose(experiment.slam)
     experiment = replace(_paced(experiment, topics), topics=topics)
@@ -175,7 +176,7 @@ def on_topics(experiment: Experiment, topics: TopicSession) -> Experiment:
 
 
 def _paced(experiment: Experiment, topics: TopicSession) -> Experiment:
-    """Let the robot of the experiment go at the pace of the session; InputError where it cannot."""
+    """Let the robot of the experiment run at the pace of the session; InputError if it cannot."""
     pace = topics.pace
     if "backend" in experiment.notes:
         if pace is not None:

@@ -13,7 +13,7 @@ from slam.pose import FloatArray
 from slam.scan import LaserScan
 
 _BOUND: Final = np.array([1e4, 1e4, np.pi, 10.0, 100.0], np.float32)
-"""Largest x, y (m), theta (rad), v (m/s), omega (rad/s): no robot of this kind goes beyond."""
+"""Largest x, y (m), theta (rad), v (m/s), omega (rad/s) for any robot of this kind."""
 
 
 def scan_space(lidar: Lidar) -> Box:
@@ -22,26 +22,26 @@ def scan_space(lidar: Lidar) -> Box:
 
 
 def scan_array(scan: LaserScan, lidar: Lidar) -> NDArray[np.float32]:
-    """The ranges in the fan of ``lidar``, whatever fan the sensor sent: each beam is the nearest one of the scan.
+    """Resample the ranges to the fan of ``lidar``: each beam is the nearest one of the scan.
 
-    No echo, an error, and a bearing at which the scan has no beam read ``range_max``, too close reads 0.
+    No echo, an error, and a bearing without a beam read ``range_max``, too close reads 0.
     """
     reach = lidar.range_max
-    ranges = np.where(scan.ranges < reach, scan.ranges, reach)  # nan and inf are not less
+    ranges = np.where(scan.ranges < reach, scan.ranges, reach)  # comparisons with nan and inf are False
     if (scan.angle_min, scan.angle_increment, len(ranges)) != (lidar.angle_min, lidar.angle_increment, lidar.beams):
         ranges = np.append(ranges, reach)[nearest_beams(scan.lidar, lidar)]
     return np.clip(ranges.astype(np.float32), np.float32(0.0), np.float32(reach))
 
 
 def nearest_beams(measured: Lidar, nominal: Lidar) -> NDArray[np.int64]:
-    """For each beam of ``nominal`` the number of the nearest one of ``measured``, (beams,).
+    """For each beam of ``nominal`` return the index of the nearest one of ``measured``, (beams,).
 
-    Where there is none within a step of either, the number of beams.
+    Without one within a step of either, the index is the number of beams.
     """
     step, turn = measured.angle_increment, 2.0 * np.pi
     ahead = (nominal.angles - measured.angle_min) % turn
     places = np.rint(ahead / step).astype(np.int64)
-    places[turn - ahead < 0.5 * step] = 0  # just before the first beam, or all the way round
+    places[turn - ahead < 0.5 * step] = 0  # just before the first beam, or a full turn later
     reach = max(step, nominal.angle_increment)
     beyond = places >= measured.beams
     near = np.minimum(np.abs(ahead - (measured.beams - 1) * step), turn - ahead) < reach
@@ -61,18 +61,21 @@ def odometry_array(odometry: Odometry) -> NDArray[np.float32]:
 
 
 def action_space() -> Box:
-    """Both numbers within -1 and 1: m/s and rad/s, or m/s at the rims of the wheels. No scale is hidden in it."""
+    """Both numbers within -1 and 1: m/s and rad/s, or m/s at the rims of the wheels, without scaling."""
     return Box(-1.0, 1.0, (2,), np.float32)
 
 
 def twist_action(action: Any) -> Twist2D:
-    """Forward and turning velocity, (v, omega), as a command."""
+    """Convert forward and turning velocity, (v, omega), to a command."""
     linear, angular = _two_numbers(action, "(v, omega)")
     return Twist2D(float(linear), float(angular))
 
 
 def wheels_action(action: Any, track: float) -> Twist2D:
-    """Speeds of the left and the right wheel at their rims, m/s, as a command; they are ``track`` metres apart."""
+    """Convert speeds of the left and the right wheel at their rims, m/s, to a command.
+
+    They are ``track`` metres apart.
+    """
     left, right = _two_numbers(action, "(left, right)")
     return Twist2D.from_wheels(float(left), float(right), track)
 

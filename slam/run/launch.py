@@ -1,4 +1,4 @@
-"""Runs made by a command or a program: set up, carried out, and returned as values."""
+"""Runs for a command or a program: set up, executed, and returned as values."""
 
 from pathlib import Path
 from typing import Any, Literal
@@ -49,16 +49,16 @@ def run(
 ) -> Run:
     """Drive a robot through a scenario, and map it, as ``hopslam run`` does.
 
-    ``scenario`` is the name of a shipped one or the path of a YAML file, ``settings`` are as in ``--set``, and ``slam``
-    takes the place of its section slam. With ``saved_map``, the ``map.json`` of another run, mapping goes on in it from
-    where the scenario starts, or from where the robot finds itself with ``start="search"``. Results are in the folder
-    ``out``, by default ``runs/<name>-<time>``. The real robot moves without asking first with ``yes``, and not at all
-    with ``dry_run``; ``record_wire`` keeps all its bytes in that file.
+    ``scenario`` is the name of a shipped one or the path of a YAML file, ``settings`` are those of ``--set``, and
+    ``slam`` replaces its section slam. With ``saved_map``, the ``map.json`` of another run, mapping continues in that
+    map from the scenario's start, or, with ``start="search"``, from the pose that the robot finds. Results are in the
+    folder ``out``, by default ``runs/<name>-<time>``. With ``yes`` the real robot moves without asking first, and with
+    ``dry_run`` not at all; ``record_wire`` is a file for all bytes of its ports.
 
-    InputError for what is wrong, before anything is done. A run that fails on the way raises its error, and one that is
-    interrupted KeyboardInterrupt, when all is written; with ``check=False`` it is returned. ``rerun`` shows it as
-    ``--rerun`` does; ``ros``, ``foxglove``, which may be a port or ``HOST:PORT``, and ``pace`` are the options of these
-    names. A command gives ``viewers`` and ``console`` of its own.
+    InputError for wrong arguments, before the run. A run that fails raises its error, and an interrupted one
+    KeyboardInterrupt, after everything is written; with ``check=False`` the run is returned instead. ``rerun`` is the
+    option ``--rerun``; ``ros``, ``foxglove``, which may be a port or ``HOST:PORT``, and ``pace`` are the options with
+    these names. Commands pass their own ``viewers`` and ``console``.
     """
     console = console or Terminal(quiet=True)
     template = load_template(scenario, with_seed(settings, seed), allow_modules)
@@ -97,9 +97,9 @@ def replay(
     """Map a recorded log, bag or run folder, as ``hopslam replay`` does.
 
     The settings of the method are those of ``scenario``, by default the run's own or ``replay``. With ``saved_map``
-    mapping goes on in it, from where the robot finds itself or, with ``start="saved"``, from where the other run ended.
-    The topics are of bags that have several. ScansLost where most scans of the log cannot be used, unless ``lenient``.
-    All other arguments and errors are those of ``run``.
+    mapping continues in that map, from the pose that the robot finds or, with ``start="saved"``, from the end of the
+    other run. ``scan_topic`` and ``odom_topic`` choose topics of a bag. ScansLost if most scans of the log cannot be
+    used, unless ``lenient``. All other arguments and errors are those of ``run``.
     """
     console = console or Terminal(quiet=True)
     topics = BagTopics(scan_topic, odom_topic)
@@ -135,7 +135,7 @@ def localize(
 ) -> Run:
     """Find the robot of a scenario, or of a recorded log, in a saved map and track it, as ``hopslam localize`` does.
 
-    The map stays as it is. The arguments are those of ``run`` for a scenario and those of ``replay`` for a log.
+    The map does not change. The arguments are those of ``run`` for a scenario and those of ``replay`` for a log.
     """
     console = console or Terminal(quiet=True)
     if is_recorded(source):
@@ -172,9 +172,9 @@ def follow(
 ) -> Run:
     """Map the surroundings of a robot of ROS 2 that others drive, as ``hopslam ros slam`` does, until Ctrl-C.
 
-    The topics and the settings of the method are those of the scenario. The lidar is at ``mount``, x, y and theta,
-    where the robot's transforms do not tell its place. With ``saved_map`` mapping goes on in it, or,
-    with ``keep_map``, the robot is found and tracked in it and the map stays as it is. All else is as in ``replay``.
+    The topics and the settings of the method are those of the scenario. ``mount`` is the pose x, y, theta of the lidar
+    if the robot's transforms do not contain it. With ``saved_map`` mapping continues in that map; with ``keep_map`` the
+    robot is localised in it and the map does not change. All other arguments are those of ``replay``.
     """
     console = console or Terminal(quiet=True)
     drawn = with_slam(load_scenario(scenario, settings, allow_modules), slam)
@@ -192,7 +192,7 @@ def follow(
 
 
 def _robot_options(backend: str, yes: bool, dry_run: bool, record_wire: str | Path | None) -> dict[str, Any]:
-    """Options of the back end; InputError for those that it does not have."""
+    """Return the options of the back end; InputError for unknown ones."""
     if backend == "hardware":
         return {"yes": yes, "dry_run": dry_run, "record_wire": record_wire and Path(record_wire)}
     if backend == "replay":

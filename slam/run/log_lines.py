@@ -26,20 +26,20 @@ METHODS: Final = ("paper", "chi_square")
 
 
 def csv_lines(scan: int, segments: Segments) -> str:
-    """One line a segment, with its end; the covariance is empty where the method gives none."""
+    """Format one line per segment, with its end; the covariance is empty if the method gives none."""
     rows = ([scan, *start, *end, *rest] for start, end, *rest in _values(segments))
     texts = (["" if value is None else f"{value:.9g}" for value in row] for row in rows)
     return "".join(",".join(row) + "\n" for row in texts)
 
 
 def geojson_features(scan: int, segments: Segments) -> Iterator[dict[str, Any]]:
-    """One LineString a segment, from its start to its end, with the other columns of the CSV as properties."""
+    """Make one LineString per segment, from its start to its end, with the other columns of the CSV as properties."""
     for start, end, *rest in _values(segments):
         yield line_feature([start, end], dict(zip(("scan", *CSV_COLUMNS[5:]), (scan, *rest), strict=True)))
 
 
 def _values(segments: Segments) -> Iterator[tuple[Any, ...]]:
-    """Start (x, y), end (x, y), beams, rho, theta, var_rho, var_theta, cov_rho_theta of each segment."""
+    """Return start (x, y), end (x, y), beams, rho, theta, var_rho, var_theta, cov_rho_theta of each segment."""
     unknown = [None] * len(segments)
     variances = [unknown, unknown, unknown]
     if segments.covariance is not None:
@@ -51,7 +51,7 @@ def _values(segments: Segments) -> Iterator[tuple[Any, ...]]:
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """Files for the segments; without one, CSV goes to the standard output."""
+    """Files for the segments; without one, CSV is written to standard output."""
 
     csv: Path | None = None
     geojson: Path | None = None
@@ -59,7 +59,7 @@ class Outputs:
 
 
 def line_config(method: str, sensor: str | None) -> HoppingConfig | ChiSquareConfig:
-    """The settings of a method by name, with the noise of the sensor of that name; InputError lists the known ones."""
+    """Return the settings of a method by name, with the noise of the named sensor; InputError lists the known ones."""
     if method not in METHODS:
         raise InputError(f"no method named {method!r}; choose one of {', '.join(METHODS)}")
     if method == "chi_square":
@@ -70,14 +70,14 @@ def line_config(method: str, sensor: str | None) -> HoppingConfig | ChiSquareCon
 
 
 def chi_square_config(sensor: str | None) -> ChiSquareConfig:
-    """The settings of this project's method for the sensor of that name; InputError lists the known ones."""
+    """Return the settings of this project's method for the named sensor; InputError lists the known ones."""
     if sensor is not None and sensor not in LIDARS:
         raise InputError(f"no sensor named {sensor!r}; choose one of {', '.join(LIDARS)}, or leave --sensor out")
     return ChiSquareConfig.model_validate({"sensor": sensor})
 
 
 def chosen_scans(log: Log, scan: int | None) -> range:
-    """The scan of that number, or all; InputError when the log has none of that number."""
+    """Return scan ``k``, or all; InputError if the log has no such scan."""
     if scan is None:
         return range(len(log))
     if not 0 <= scan < len(log):
@@ -89,7 +89,7 @@ def write_lines(
     log: Log, scans: range, config: HoppingConfig | ChiSquareConfig, outputs: Outputs,
     track: Callable[[Iterable[int]], Iterable[int]] = iter,
 ) -> int:  # fmt: skip
-    """Extract the segments of these scans and write them; returns how many. ``track`` shows the progress."""
+    """Extract the segments of these scans and write them; return their number. ``track`` shows the progress."""
     if outputs.png is not None and len(scans) != 1:
         raise InputError(f"{outputs.png}: a picture shows one scan; give --scan K")
     if outputs.png is not None:
@@ -107,7 +107,7 @@ def write_lines(
 
 
 def _sinks(log: Log, outputs: Outputs, stack: ExitStack) -> Iterator[Callable[[int, Segments], object]]:
-    """Functions that write the segments of a scan, given its number."""
+    """Return the functions that write the segments of a scan, given its number."""
     if outputs == Outputs():
         sys.stdout.write(CSV_HEADER)
         yield lambda scan, segments: sys.stdout.write(csv_lines(scan, segments))

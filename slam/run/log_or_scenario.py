@@ -1,4 +1,4 @@
-"""The source of a run, told by its name: a scenario, or a recorded log."""
+"""The source of a run, recognised from its name: a scenario, or a recorded log."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,11 +15,14 @@ from slam.scenario.schema import Scenario
 from slam.scenario.shipped import shipped_scenarios
 
 Settings = str | Sequence[str]
-"""``key=value``, one or several."""
+"""One or several ``key=value``."""
 
 
 def is_recorded(source: str | Path) -> bool:
-    """True for a file or folder that is no scenario. A shipped scenario comes before a folder of its name."""
+    """Return True for a file or folder that is not a scenario.
+
+    A shipped scenario has priority over a folder of its name.
+    """
     path = Path(source)
     if path.is_dir():
         return str(source) not in shipped_scenarios()
@@ -27,7 +30,7 @@ def is_recorded(source: str | Path) -> bool:
 
 
 def refuse(kind: str, source: str | Path, **options: Any) -> None:
-    """InputError where one of these options is given, which mean nothing for a source of this kind."""
+    """Raise InputError if one of these options is given, which have no meaning for this kind of source."""
     for name, value in options.items():
         if value is not None:
             raise InputError(f"--{name.replace('_', '-')} {value}: {source} is {kind}; leave it out")
@@ -37,7 +40,7 @@ def recorded_experiment(
     log: Path, scenario: str | Path | None, settings: Settings, slam: SlamConfig | None, allow_modules: Settings,
     topics: BagTopics, console: Terminal,
 ) -> Experiment:  # fmt: skip
-    """Experiment on the log, bag or run folder at this path; prints what was read."""
+    """Make the experiment of the log, bag or run folder at this path; print what was read."""
     own = log / "config.yaml"
     source = scenario or (own if own.is_file() else "replay")
     experiment = replay_experiment(log, with_slam(load_scenario(source, settings, allow_modules), slam), topics)
@@ -46,7 +49,7 @@ def recorded_experiment(
 
 
 def with_slam(scenario: Scenario, slam: SlamConfig | None) -> Scenario:
-    """The scenario with these settings of the method in the place of its own; ScenarioError for what are none."""
+    """Return the scenario with these settings of the method instead of its own; ScenarioError for invalid ones."""
     if slam is None:
         return scenario
     if not isinstance(slam, SlamConfig):

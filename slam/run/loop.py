@@ -16,9 +16,9 @@ from slam.run.robot_env import RobotEnv
 from slam.run.step import Step, Watcher
 
 Ending = Literal["arrived", "collided", "duration over", "no more scans", "interrupted", "battery empty", "failed"]
-"""Reason for which a run ends, as in ``metrics.json``. Until 0.1 ``no more scans`` also meant ``duration over``."""
+"""Reason why a run ended, for ``metrics.json``. Until 0.1 ``no more scans`` also meant ``duration over``."""
 _NO_TIME: Final = 2.5
-"""Scan times before the end of the duration: where fewer are left, it is the reason why no scan comes."""
+"""Scan times before the end of the duration from which a missing scan means that the duration is over."""
 Taken = TypeVar("Taken")
 
 
@@ -34,7 +34,7 @@ def run_loop(
 ) -> Ending:
     """Drive until the pilot has arrived, the robot has hit something, or there are no more scans.
 
-    Scans end when ``duration``, seconds, is over, or for reasons of the robot's own.
+    Scans end after ``duration``, seconds, or for reasons of the robot.
 
     A robot that falls silent has ``patience`` seconds to come back; RobotTimeout after that, or once the program is
     ``told_to_end``.
@@ -67,9 +67,9 @@ def step_patiently(
     patience: float,
     told_to_end: Callable[[], bool] = lambda: False,
 ) -> tuple[Taken, int]:
-    """Make a step, which drives until the next scan comes; where no scan comes, stand and wait for one.
+    """Make a step, which drives until the next scan; if none comes, stop and wait for one.
 
-    Returns what the step returned, and how often the robot was silent for too long. RobotTimeout after ``patience``
+    Returns the result of the step, and how often the robot was silent for too long. RobotTimeout after ``patience``
     seconds, or once the program is ``told_to_end``.
     """
     until, timeouts = monotonic() + patience, 0

@@ -1,5 +1,6 @@
-"""The hot loops of the back end, compiled before a run needs them: the first time in a process of their own."""
+"""Compiles the hot loops of the back end before a run needs them, the first time in a separate process."""
 
+import gc
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,7 +21,7 @@ from slam.matching.surfel_mapper import SurfelMapper
 from slam.pose import FloatArray, Pose2D
 
 _LAPS, _KEYS = 6, 3
-"""Submaps of the same place, each of so many key scans."""
+"""Number of submaps of the same place, and of key scans in each."""
 
 
 def corridor_ranges() -> FloatArray:
@@ -30,7 +31,7 @@ def corridor_ranges() -> FloatArray:
 
 
 def close_loops(config: SlamConfig) -> None:
-    """Find a place again, as the back end does: a key scan of the corridor, as if it had been driven along often."""
+    """Close loops in the back end, with key scans of a corridor that is driven along several times."""
     mapper = make_mapper(config, Pose2D(), 0)
     assert isinstance(mapper, SurfelMapper)
     back_end, key = BackEnd(mapper.config, mapper.map.config), _key_scan()
@@ -42,7 +43,7 @@ def close_loops(config: SlamConfig) -> None:
 
 @contextmanager
 def compiled_beside() -> Iterator[None]:
-    """Compile the back end in another process while the block runs, where no run on this machine has done so yet."""
+    """Compile the back end in another process while the block runs, before the first run on this machine."""
     process = _started() if is_cold(wall_spans) else None
     try:
         yield
@@ -55,7 +56,7 @@ def compiled_beside() -> Iterator[None]:
 
 
 def _started() -> "subprocess.Popen[bytes] | None":
-    """Start the process; None where there can be none: what it would have compiled is compiled here."""
+    """Start the process; None if that is impossible: then this process compiles."""
     command, nothing = [sys.executable, "-m", "slam.run.loops_warm_up"], subprocess.DEVNULL
     try:
         return subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing)
@@ -64,7 +65,7 @@ def _started() -> "subprocess.Popen[bytes] | None":
 
 
 def _key_scan() -> KeyScan:
-    """A key scan as the front end makes them: the walls of the corridor in facets of 0.2 m."""
+    """Make a key scan like those of the front end: the walls of the corridor in facets of 0.2 m."""
     along = np.arange(-1.6, 1.7, 0.2)
     facets = np.zeros((2 * len(along), 7))
     facets[:, X] = np.tile(along, 2)
@@ -77,4 +78,6 @@ def _key_scan() -> KeyScan:
 
 
 if __name__ == "__main__":
+    gc.disable()  # the process ends before its garbage matters
     close_loops(SlamConfig())
+    gc.freeze()

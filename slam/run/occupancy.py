@@ -1,4 +1,4 @@
-"""An occupancy grid of a run: the cells in which beams ended, and those that they went through."""
+"""An occupancy grid of a run: cells in which beams ended, and cells that they passed."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ CELL: Final = 0.05
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """Cells of a ``nav_msgs/OccupancyGrid``."""
 _HIT_SHARE: Final = 0.25
-"""Share of the beams that reached a cell and ended there, from which it is taken to be occupied, as in GMapping."""
+"""Least share of the beams that reached a cell and ended there for it to count as occupied, as in GMapping."""
 
 
 @compiled
@@ -30,10 +30,10 @@ def count_rays(
     passes: CountArray, hits: CountArray, corner: FloatArray, cell: float, origin: FloatArray, ends: FloatArray,
     echoes: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Add the beams from ``origin`` (2,) to ``ends`` (N, 2) to the counts (rows, columns), which must hold them all.
+    """Add the beams from ``origin`` (2,) to ``ends`` (N, 2) to the counts (rows, columns), which must contain them all.
 
-    Each cell on the way counts a pass, but the one where an echo came from counts a hit. ``corner`` is the outer corner
-    of cell [0, 0], metres, map frame. Cells are walked one border after another (Amanatides and Woo 1987).
+    Each cell on the way counts a pass, except the one with the echo, which counts a hit. ``corner`` is the outer corner
+    of cell [0, 0], metres, map frame. Cells are traversed border by border (Amanatides and Woo 1987).
     """
     x0, y0 = (origin[0] - corner[0]) / cell, (origin[1] - corner[1]) / cell
     for j in range(len(ends)):
@@ -59,7 +59,7 @@ def count_rays(
 
 
 class Beams(NamedTuple):
-    """Beams of one scan: their origin (2,), ends (N, 2), and which came back (N,); metres."""
+    """Beams of one scan: their origin (2,), ends (N, 2), and whether they have an echo (N,); metres."""
 
     origin: FloatArray
     ends: FloatArray
@@ -67,7 +67,7 @@ class Beams(NamedTuple):
 
     @classmethod
     def of(cls, seen: Observation, config: SlamConfig, T_base_laser: Pose2D) -> Self:
-        """The beams that say something, sensor frame, with the motion of the robot undone where the method does so."""
+        """Return the valid beams, sensor frame, deskewed if the method does so."""
         no_echo_reach = config.map.no_echo_reach if isinstance(config.map, SurfelMapConfig) else 0.0
         scan = deskewed(seen.scan, seen.odometry.twist, T_base_laser) if config.deskew else seen.scan
         echoes = scan.echoes
@@ -78,12 +78,12 @@ class Beams(NamedTuple):
         return cls(np.zeros(2), ends, echoes[told])
 
     def moved(self, T: Pose2D) -> Self:
-        """The same beams in the frame in which theirs has this pose; they begin at its origin."""
+        """Transform the beams by this pose; they begin at its origin."""
         return self._replace(origin=T.translation, ends=T.transform(self.ends))
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest x and y."""
+        """Return the lowest and highest x and y."""
         low, high = self.ends.min(axis=0, initial=np.inf), self.ends.max(axis=0, initial=-np.inf)
         return np.minimum(self.origin, low), np.maximum(self.origin, high)
 
@@ -99,7 +99,7 @@ class Occupancy:
 
     @classmethod
     def empty(cls, low: FloatArray, high: FloatArray, cell: float) -> Self:
-        """A grid that holds everything from ``low`` to ``high``; InputError where it would not fit into memory."""
+        """Make a grid from ``low`` to ``high``; InputError if it would not fit into memory."""
         corner = np.floor(low / cell - 1.0) * cell
         columns, rows = (np.ceil((high - corner) / cell) + 2).astype(int).tolist()
         if excess := ROS_MAP_CELLS.excess(rows * columns, f"of {cell} m in its map"):
@@ -107,7 +107,7 @@ class Occupancy:
         return cls(np.zeros((rows, columns), np.int32), np.zeros((rows, columns), np.int32), corner, cell)
 
     def add(self, beams: Beams) -> None:
-        """Count the beams of a scan, map frame, which the grid must hold."""
+        """Count the beams of a scan, map frame, which the grid must contain."""
         count_rays(self.passes, self.hits, self.corner, self.cell, *beams)
 
     @property
@@ -122,14 +122,14 @@ class Occupancy:
 
     @property
     def cells(self) -> NDArray[np.int8]:
-        """Every cell as OCCUPIED, FREE or UNKNOWN."""
+        """Return every cell as OCCUPIED, FREE or UNKNOWN."""
         occupied = self.occupied
         seen = np.where(self.passes > 0, np.int8(FREE), np.int8(UNKNOWN))
         return np.where(occupied, np.int8(OCCUPIED), seen)
 
 
 def occupancy(record: RunRecord, cell: float = CELL) -> Occupancy:
-    """The grid of a run as it is known in the end; InputError where it would not fit into memory."""
+    """Make the final grid of a run; InputError if it would not fit into memory."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for beams in _beams(record):
         lowest, highest = beams.bounds
@@ -144,7 +144,7 @@ def occupancy(record: RunRecord, cell: float = CELL) -> Occupancy:
 
 
 def _beams(record: RunRecord) -> Iterator[Beams]:
-    """The beams of every scan, map frame."""
+    """Yield the beams of every scan, map frame."""
     mount = record.T_base_laser
     for pose, seen in zip(record.traces.final.tolist(), record.observations(), strict=False):
         yield Beams.of(seen, record.config.slam, mount).moved(Pose2D(*pose) @ mount)

@@ -1,4 +1,4 @@
-"""The loops of a finished run closed again, maybe with other settings, from what its folder holds."""
+"""Closes the loops of a finished run again, possibly with other settings, from the files in its folder."""
 
 import json
 import shutil
@@ -10,6 +10,7 @@ from typing import Any, Final
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.files.atomic_files import write_atomic
+from slam.files.links import lend_file
 from slam.graph.loop_closing import STEPPED, Timing
 from slam.odometry import Twist2D
 from slam.run.closing_loops import ClosedLoops, LoopCloser
@@ -28,23 +29,23 @@ from slam.scenario.schema import Scenario
 KEPT: Final = (
     "config.yaml", "log.mcap", "trajectory.tum", "odometry.tum", "groundtruth.tum", "steps.csv", "lines.geojson",
 )  # fmt: skip
-"""Files of what was known on the way, which stay as they are."""
+"""Files of the results during the run, which do not change."""
 
 
 @dataclass(frozen=True, slots=True)
 class Optimization:
-    """The loops of a run, to be closed with the settings of a scenario."""
+    """Closes the loops of a run again with the settings of a scenario."""
 
     record: RunRecord
     scenario: Scenario
     changed: list[str] = field(default_factory=list)
-    """The settings that are not the run's own, as they were given."""
+    """The settings that differ from the run's own, as they were given."""
 
     def run(self, out: Path | None, console: Terminal) -> tuple[Path, dict[str, Any]]:
-        """Do it, in the folder of the run or in a new one; returns the folder and its metrics.
+        """Optimise, in the folder of the run or in a new one; return the folder and its metrics.
 
-        The new files take their places together; ``run.rrd``, which shows the old ones, goes. Scans that the log has
-        lost are placed by the way from the last one before. InputError for a run without loops.
+        All new files are put in place together; ``run.rrd``, which shows the old ones, is removed. Scans that are
+        missing in the log are placed by the motion from the last one before. InputError for a run without loops.
         """
         record = self.record
         if known := record.known_map:
@@ -70,12 +71,12 @@ class Optimization:
 
     @property
     def _timing(self) -> Timing:
-        """With the same settings, closures are taken over where the run did so."""
+        """Return the rule for closures: with the same settings, the scans of the run."""
         closures = self.record.traces.closures
         return STEPPED if self.changed or closures is None else Timing(known=closures)
 
     def _close(self, console: Terminal) -> tuple[ClosedLoops, dict[str, Any]]:
-        """Let the front end go over the log once more, and close the loops; also the score of the walls."""
+        """Run the front end over the log again, and close the loops; also return the score of the walls."""
         record = self.record
         start, seed = record.start, record.config.seed
         slam = make_estimator(self.scenario.slam, record.T_base_laser, start, seed, self._timing)
@@ -98,7 +99,7 @@ class Optimization:
         return closed, wall_metrics(score_walls(seen.walls, seen.seen, closed.run.map.ends))
 
     def _draw(self, folder: Path, closed: ClosedLoops, console: Terminal) -> None:
-        from slam.run.pictures.error_curves import draw_errors  # late: matplotlib takes long to load
+        from slam.run.pictures.error_curves import draw_errors  # here, as matplotlib takes long to load
         from slam.run.pictures.map_picture import draw_map
 
         with console.waiting("drawing"):
@@ -107,7 +108,7 @@ class Optimization:
 
 
 def _copied(folder: Path, out: Path) -> Path:
-    """The new folder with what stays as it is."""
+    """Make the new folder with the files that do not change."""
     for name in KEPT:
         if (folder / name).is_file():
             shutil.copyfile(folder / name, out / name)
@@ -115,15 +116,15 @@ def _copied(folder: Path, out: Path) -> Path:
 
 
 def _link_kept(folder: Path, draft: Path) -> None:
-    """Let the files that stay be read beside the new ones."""
+    """Link the unchanged files beside the new ones, for reading."""
     draft.mkdir()
     for name in KEPT:
         if (folder / name).is_file():
-            (draft / name).symlink_to((folder / name).resolve())
+            lend_file(folder / name, draft / name)
 
 
 def _for_all_scans(closed: ClosedLoops, record: RunRecord) -> ClosedLoops:
-    """The closed run with a pose for each scan, those too that the log of a killed run does not have."""
+    """Return the closed run with a pose for each scan, including those missing in the log of a killed run."""
     stamps, estimate = record.traces.stamps, record.traces.estimate
     if len(closed.stamps) == len(stamps):
         return closed

@@ -1,4 +1,4 @@
-"""A back end of the user's own, checked at every call."""
+"""A user's own back end, checked at every call."""
 
 from typing import Any, Self
 
@@ -12,10 +12,10 @@ from slam.scan import LaserScan
 
 
 class OwnRobot:
-    """Calls the robot of the user, and checks what it returns.
+    """Calls the user's robot, and checks its results.
 
-    InputError where it cannot be made or is no robot; RobotError, which names it, where it raises, or returns something
-    else than Robot asks for.
+    InputError if it cannot be made or is not a robot; RobotError, with its name, if it raises, or returns something
+    that Robot does not allow.
     """
 
     def __init__(self, place: str, *arguments: Any, **more: Any) -> None:
@@ -54,7 +54,7 @@ class OwnRobot:
 
 
 class RestartableOwnRobot(OwnRobot):
-    """An OwnRobot that can be set back to its start."""
+    """An OwnRobot that can be reset to its start."""
 
     def restart(self, seed: int) -> None:
         """See Restartable."""

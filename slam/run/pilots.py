@@ -1,4 +1,4 @@
-"""Pilots decide where to drive: along way-points on the estimated pose, or about on the scans alone."""
+"""Pilots decide where to drive: along way-points on the estimated pose, or at random by the scans alone."""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -14,23 +14,23 @@ from slam.scenario.schema import Route
 from slam.scenario.values import Point
 
 _TURN_GAIN = 1.5
-"""Turning speed for each radian that the way-point lies off the heading, 1/s."""
+"""Turning speed per radian of heading error to the way-point, 1/s."""
 _TURN_FIRST = 0.6
-"""With the way-point farther off the heading than this, radians, the robot turns on the spot."""
+"""Heading error, radians, above which the robot turns on the spot."""
 _WANDER_SPEED: Final = 0.5
-"""Largest speed of a wandering robot, m/s ..."""
+"""Largest speed of a wandering robot, m/s."""
 _WANDER_TURN_SPEED: Final = 0.8
-"""... and its largest turning speed, rad/s."""
+"""Largest turning speed of a wandering robot, rad/s."""
 _FREE_HALF_WIDTH: Final = 0.35
-"""Metres to each side of the middle that must be free ahead."""
+"""Half width that must be free ahead, metres."""
 _STOP_DISTANCE: Final = 0.5
-"""The robot turns on the spot when something is nearer ahead than this, metres ..."""
+"""Distance of an obstacle ahead at which the robot begins to turn on the spot, metres."""
 _GO_DISTANCE: Final = 0.9
-"""... and until nothing is nearer than this."""
+"""Distance of an obstacle ahead at which it stops turning, metres."""
 
 
 class RouteProgress:
-    """Way-points that are passed one after another, each within ``arrival`` metres of it."""
+    """Way-points that are passed in order, each within ``arrival`` metres of it."""
 
     def __init__(self, start: Pose2D, waypoints: Sequence[Point], arrival: float) -> None:
         self._arrival = arrival
@@ -40,20 +40,20 @@ class RouteProgress:
         self.length = sum(self._legs)
         """Length of the whole route, metres."""
         self.left = self.length
-        """Length from the last known place through all way-points that are left, metres; 0 at the end."""
+        """Length from the last known position through all remaining way-points, metres; 0 at the end."""
 
     @property
     def goal(self) -> Pose2D | None:
-        """The next way-point, map frame; None when all are passed, or there were none."""
+        """The next way-point, map frame; None when all are passed, or if there are none."""
         return self._targets[self._next] if self._next < len(self._targets) else None
 
     @property
     def arrived(self) -> bool:
-        """True where there were way-points, and all are passed."""
+        """True if there are way-points, and all are passed."""
         return bool(self._targets) and self.goal is None
 
     def advance(self, T_map_base: Pose2D) -> None:
-        """Take note of where the robot is, and pass the way-points it has reached."""
+        """Update the robot's position, and pass the way-points that it has reached."""
         while (goal := self.goal) is not None:
             distance = T_map_base.distance(goal)
             self.left = distance + sum(self._legs[self._next + 1 :])
@@ -67,24 +67,24 @@ class Pilot(Protocol):
     """Decides the next command."""
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
-        """Command from this estimated pose and this scan; None when the route is done."""
+        """Return the command for this estimated pose and this scan; None when the route is done."""
         ...
 
     @property
     def progress(self) -> float:
-        """Share of the route that is behind, 0 to 1."""
+        """Share of the route that is done, 0 to 1."""
         ...
 
 
 class WaypointPilot:
-    """Drives a route's way-points one after another; without way-points it stands still and is never done."""
+    """Drives a route's way-points in order; without way-points it stands still and is never done."""
 
     def __init__(self, route: Route, start: Pose2D) -> None:
         self._route = route
         self._route_progress = RouteProgress(start, route.waypoints, route.arrival)
 
     def command(self, T_map_base: Pose2D, scan: LaserScan | None = None) -> Twist2D | None:
-        """Command from this estimated pose; None when the last way-point is reached."""
+        """Return the command for this estimated pose; None when the last way-point is reached."""
         if not self._route.waypoints:
             return Twist2D()
         self._route_progress.advance(T_map_base)
@@ -93,7 +93,7 @@ class WaypointPilot:
 
     @property
     def progress(self) -> float:
-        """Share of the route that is behind, 0 to 1."""
+        """Share of the route that is done, 0 to 1."""
         length = self._route_progress.length
         return min(max(1.0 - self._route_progress.left / length, 0.0), 1.0) if length else 0.0
 
@@ -109,16 +109,16 @@ class Passenger:
 
     @property
     def progress(self) -> float:
-        """Nothing, as nobody knows how much there is."""
+        """0, as the length of the drive is unknown."""
         return 0.0
 
     def command(self, T_map_base: Pose2D, scan: LaserScan | None = None) -> Twist2D | None:
-        """No motion."""
+        """Return no motion."""
         return Twist2D()
 
 
 class ReplayPilot(Passenger):
-    """A passenger of a recorded log, which drives as it once did, and whose end ends the run."""
+    """Pilot of a recorded log, which drives as recorded; the end of the log ends the run."""
 
     def __init__(self, scans: int) -> None:
         self._scans, self._seen = scans, 0
@@ -129,13 +129,13 @@ class ReplayPilot(Passenger):
         return self._seen / self._scans
 
     def command(self, T_map_base: Pose2D, scan: LaserScan | None = None) -> Twist2D | None:
-        """No motion; the scan counts as seen."""
+        """Return no motion, and count the scan."""
         self._seen += 1
         return Twist2D()
 
 
 class Wanderer:
-    """Goes where there is room, turns where there is none, and is never done; the pose is not asked for."""
+    """Drives where there is room, turns where there is none, and is never done; it does not use the pose."""
 
     progress = 0.0
 
@@ -143,7 +143,7 @@ class Wanderer:
         self._turning = 0.0  # rad/s, while it turns on the spot
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D:
-        """Command from what the scan shows."""
+        """Return the command for this scan."""
         ahead, side = _room(scan)
         if ahead < (_GO_DISTANCE if self._turning else _STOP_DISTANCE):
             self._turning = self._turning or float(np.copysign(_WANDER_TURN_SPEED, side))
@@ -154,7 +154,7 @@ class Wanderer:
 
 
 def _room(scan: LaserScan) -> tuple[float, float]:
-    """Metres that are free ahead, and to which side there is more room: positive to the left, near 1 at most."""
+    """Return the free metres ahead, and the side with more room: positive for left, near 1 at most."""
     ranges = np.where(scan.echoes, scan.ranges, np.where(np.isposinf(scan.ranges), scan.range_max, np.inf))
     known, angles = np.isfinite(ranges), scan.bearings
     x, y = ranges[known] * np.cos(angles[known]), ranges[known] * np.sin(angles[known])
@@ -165,7 +165,7 @@ def _room(scan: LaserScan) -> tuple[float, float]:
 
 
 class LocalizeThenDrive:
-    """Wanders while the place is not known, and drives as another pilot says while it is."""
+    """Wanders while the pose is unknown, and otherwise drives like another pilot."""
 
     def __init__(self, known: Callable[[], bool], then: Pilot) -> None:
         self._known, self._then, self._wanderer = known, then, Wanderer()
@@ -176,5 +176,5 @@ class LocalizeThenDrive:
         return self._then.progress
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
-        """Command from this estimated pose, if it is known, or from what the scan shows."""
+        """Return the other pilot's command for this pose, if it is known, or one for the scan."""
         return (self._then if self._known() else self._wanderer).command(T_map_base, scan)

@@ -1,4 +1,4 @@
-"""The files of a run that was cut off, made again from its log."""
+"""Makes the missing files of an interrupted run again, from its log."""
 
 import json
 from collections.abc import Callable
@@ -13,6 +13,7 @@ from slam.errors import InputError, StorageError
 from slam.files.atomic_files import require_writable, write_atomic
 from slam.files.disk import storage_error
 from slam.files.graphs.file import read_graph
+from slam.files.links import is_lent, lend_file
 from slam.files.logs.read import RUN_LOG
 from slam.files.tum import read_tum, write_tum
 from slam.run.experiment_setup import replay_experiment
@@ -24,26 +25,25 @@ from slam.scenario.schema import Scenario
 
 _REPLAY: Final = "replay"
 _CAUSAL: Final = ("trajectory.tum", "odometry.tum", "groundtruth.tum", "steps.csv")
-"""Files with a row for each scan, from what was known then."""
+"""Files with a row for each scan, with the estimates at that time."""
 _REMEDY: Final = "make room there, and repair it again"
 
 
 @dataclass(frozen=True, slots=True)
 class Repair:
-    """Names of the files of a run, by what became of each."""
+    """Names of the files of a run, by their outcome."""
 
     made: list[str]
     kept: list[str]
     missing: list[str]
-    """Files that a log cannot give, or that this run did not have."""
+    """Files that cannot be made from a log, or that this run did not have."""
 
 
 def repair(folder: Path, console: Terminal, force: bool = False) -> Repair:
-    """Run the log of a run through the method again, and put the files that are missing or damaged into its folder.
+    """Run the log of a run through the method again, and add the missing or damaged files to its folder.
 
-    What is whole is kept, but with ``force`` replaced. Files that have a row for each scan are kept together, where
-    none of them has fewer than the log. InputError without a log that holds a scan, StorageError where the files cannot
-    be made.
+    Intact files are kept, with ``force`` replaced. Files that have a row for each scan are kept together, if none of
+    them has fewer than the log. InputError without a log that has a scan, StorageError if the files cannot be made.
     """
     if not (folder / RUN_LOG).is_file():
         raise InputError(f"{folder}: has no {RUN_LOG}, from which all else is made; give the folder of a run")
@@ -53,31 +53,31 @@ def repair(folder: Path, console: Terminal, force: bool = False) -> Repair:
         kept = set() if force else _kept(folder, again, found)
         for name in kept:
             (again / name).unlink()
-            (again / name).symlink_to((folder / name).resolve())
+            lend_file(folder / name, again / name)
         _fit_to_kept(again)
     there = {path.name for path in folder.iterdir()}
     return Repair(sorted(found - kept), sorted(kept), sorted(set(_CHECKS) - there))
 
 
 def _run_again(folder: Path, again: Path, console: Terminal) -> None:
-    """Run the log of a folder into another, which then has no log."""
+    """Run the log of a folder into another one without a log."""
     try:
         replay_experiment(folder, _settings(folder)).run(again, console=console)
     except StorageError as error:
-        if isinstance(error.__cause__, OSError):  # of a draft, which nobody knows by name
+        if isinstance(error.__cause__, OSError):  # of a draft, whose name the user does not know
             raise storage_error(error.__cause__, folder, _REMEDY) from error
         raise
     (again / RUN_LOG).unlink(missing_ok=True)
 
 
 def _settings(folder: Path) -> Scenario:
-    """The settings of the run; those of a replay where they are lost."""
+    """Return the settings of the run; those of a replay if they are lost."""
     config = folder / "config.yaml"
     return read_scenario(config) if _is_whole(config) else load_scenario(_REPLAY)
 
 
 def _kept(folder: Path, again: Path, found: set[str]) -> set[str]:
-    """Names of the files found again that stay as they are."""
+    """Return the names of the intact files that are kept."""
     whole = {name for name in found if _is_whole(folder / name)}
     causal = found & set(_CAUSAL)
     if causal <= whole and _fewest_rows(folder, causal) >= _fewest_rows(again, causal):
@@ -90,20 +90,20 @@ def _fewest_rows(folder: Path, names: set[str]) -> int:
 
 
 def _fit_to_kept(again: Path) -> None:
-    """Give the closed trajectory and the metrics the scans of the files that are kept, where the log has fewer."""
+    """Extend the closed trajectory and the metrics to the scans of the kept files, if the log has fewer."""
     stamps, estimate = read_tum(again / "trajectory.tum")
     closed, measures = again / "closed.tum", again / "metrics.json"
-    if closed.is_file() and not closed.is_symlink():
+    if closed.is_file() and not is_lent(closed):
         known, poses = read_tum(closed)
         if len(known) < len(stamps):
             write_tum(closed, stamps, carried_on(known, poses, stamps, estimate))
-    if not measures.is_symlink():
-        metrics = json.loads(measures.read_text()) | measure(again)
+    if not is_lent(measures):
+        metrics = json.loads(measures.read_text(encoding="utf-8")) | measure(again)
         write_atomic(measures, json.dumps(metrics, indent=2) + "\n")
 
 
 def _is_whole(path: Path) -> bool:
-    """Tell if a file is there and can be read to its end."""
+    """Return True if a file exists and can be read to its end."""
     if not path.is_file():
         return False
     try:
@@ -143,4 +143,4 @@ _CHECKS: Final[dict[str, Callable[[Path], object]]] = {
     "map.png": _check_picture,
     "errors.png": _check_picture,
 }
-"""Reads each file of a run to its end; raises where it cannot."""
+"""Reads each file of a run to its end; raises if it cannot."""

@@ -1,4 +1,4 @@
-"""A recorded run behind the same seam as a robot: it drives as it once did."""
+"""A recorded run with the interface of a robot: it drives as recorded."""
 
 from pathlib import Path
 
@@ -10,10 +10,10 @@ from slam.robot import Observation, Robot
 
 
 class ReplayRobot(Closing):
-    """Plays a log from its first scan to its last, as fast as it is asked for; ``len()`` is the number of scans.
+    """Plays a log from its first scan to its last, without waiting; ``len()`` is the number of scans.
 
-    Made from a path, or from a log already read; LogError when the path holds none that can be read. The truth is known
-    where the log holds it.
+    Made from a path, or from a log in memory; LogError if the path holds none that can be read. The true pose is known
+    if the log has it.
     """
 
     def __init__(self, log: Log | str | Path) -> None:
@@ -26,11 +26,11 @@ class ReplayRobot(Closing):
         return len(self.log)
 
     def close(self) -> None:
-        """End the replay; closing twice does no harm."""
+        """End the replay; closing twice is allowed."""
         self._closed = True
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
-        """The next scan, at once; None after the last one. RobotError when the replay is closed."""
+        """Return the next scan, at once; None after the last one. RobotError after close."""
         self._check_open()
         index = self._observed
         if index == len(self.log):
@@ -39,9 +39,9 @@ class ReplayRobot(Closing):
         return Observation(self.log.scan(index), self.log.odometry(index), self.log.truth(index))
 
     def drive(self, command: Twist2D) -> Twist2D:
-        """The mean velocity recorded from the scan last observed to the next one, whatever the command.
+        """Return the recorded mean velocity from the last observed scan to the next one, whatever the command.
 
-        Zero before the first and after the last. RobotError when the replay is closed.
+        Zero before the first and after the last. RobotError after close.
         """
         self._check_open()
         return self.log.twist(self._observed - 1)

@@ -1,4 +1,4 @@
-"""Any ``Robot`` as a gymnasium environment: the one way in which a run steps a robot."""
+"""Any ``Robot`` as a gymnasium environment, the interface through which runs step robots."""
 
 import logging
 from collections.abc import Callable
@@ -17,10 +17,10 @@ from slam.robot import Observation, Robot
 from slam.run.gym_arrays import odometry_array, odometry_space, scan_array, scan_space, twist_action
 
 _LOG: Final = logging.getLogger("hopslam.run")
-_LEAST_STEP: Final = 1e-6
-"""Seconds: trajectories are written to the microsecond."""
-_MOST_LATE: Final = 50
-"""Scans in a row whose stamps do not rise, after which a robot is given up."""
+_MIN_STEP: Final = 1e-6
+"""Resolution of the stamps of trajectories, seconds: files have microseconds."""
+_MAX_LATE: Final = 50
+"""Number of scans in a row without increasing stamps after which a robot is given up."""
 Float32Array = NDArray[np.float32]
 ObservationDict = dict[str, Float32Array]
 
@@ -29,10 +29,10 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
     """A robot behind ``reset`` and ``step``; one step is one scan.
 
     Observations are ``scan`` (beams,), metres, where no echo reads ``range_max`` and too close reads 0, and
-    ``odometry`` (5,): x, y, theta, linear and angular velocity. The fan is always that of ``lidar``, whatever the
-    sensor sends: each beam is the nearest of the scan. The action is (v, omega) in m/s and rad/s; its space ends at 1
-    of each, which learners like, and faster commands are obeyed up to the limits of the robot. ``info`` has the whole
-    ``Observation`` under ``observation`` and, after a step, the velocity really ``applied``. The reward is 0.
+    ``odometry`` (5,): x, y, theta, linear and angular velocity. The fan is always that of ``lidar``: each beam is the
+    nearest one of the measured scan. The action is (v, omega) in m/s and rad/s; its space ends at 1 of each, for
+    learning algorithms, and faster commands are allowed up to the limits of the robot. ``info`` has the whole
+    ``Observation`` under ``observation`` and, after a step, the velocity that was ``applied``. The reward is 0.
     """
 
     def __init__(self, open_robot: Callable[[int], Robot], lidar: Lidar, limits: Twist2D) -> None:
@@ -60,13 +60,13 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         return RobotEnv(lambda seed: wrap(self._open_robot(seed)), self._lidar, self._limits)
 
     def prepare(self, seed: int) -> None:
-        """Make the robot of the next reset now, with its devices still closed: InputError where it cannot be."""
+        """Make the robot of the next reset now, with its devices still closed; InputError if that fails."""
         self._prepared = self._open_robot(seed)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[ObservationDict, dict[str, Any]]:
-        """Open a robot at its start, close the one before, and wait for the first scan."""
+        """Open a robot at its start, close the previous one, and wait for the first scan."""
         super().reset(seed=seed)
         self.close()
         robot, self._prepared = self._prepared, None
@@ -95,16 +95,16 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
             robot.__exit__(None, None, None)
 
     def _observe(self) -> Observation | None:
-        """Wait for a scan later than the last one; RobotError where none is for long."""
-        for _ in range(_MOST_LATE):
+        """Wait for a scan later than the last one; RobotError after too long a wait."""
+        for _ in range(_MAX_LATE):
             observation = self.robot.observe()
-            if observation is None or observation.scan.stamp - self._stamp >= _LEAST_STEP:
+            if observation is None or observation.scan.stamp - self._stamp >= _MIN_STEP:
                 self._stamp = self._stamp if observation is None else observation.scan.stamp
                 return observation
             _LOG.warning(
                 "a scan is left out: its stamp %.6f s is not later than %.6f s", observation.scan.stamp, self._stamp
             )
-        raise RobotError(f"the stamps of {_MOST_LATE} scans in a row are not later than {self._stamp:.6f} s")
+        raise RobotError(f"the stamps of {_MAX_LATE} scans in a row are not later than {self._stamp:.6f} s")
 
     def _as_dict(self, observation: Observation) -> ObservationDict:
         self._last = {

@@ -1,4 +1,4 @@
-"""A run as a value: what it was, where its results are, and how it looks."""
+"""A finished run as a value: its outcome, its folder, its data and pictures."""
 
 from base64 import b64encode
 from dataclasses import dataclass
@@ -23,11 +23,11 @@ _SHOWN: frozenset[str] = frozenset(
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run that is over, and its folder. Poses are rows x, y, theta of the robot in the map, metres and radians."""
+    """A finished run, and its folder. Poses are rows x, y, theta of the robot in the map, metres and radians."""
 
     folder: Path
     ending: str | None
-    """Reason for which it ended, such as ``arrived``; None for a run that was killed."""
+    """Reason why it ended, such as ``arrived``; None for a run that was killed."""
     metrics: dict[str, Any]
     """Content of ``metrics.json``; slam/run/results/metric_table.py says what each number is."""
     error: HopslamError | None = None
@@ -35,25 +35,25 @@ class Run:
     loss: Loss | None = None
     """Scans of the recorded log that could not be used."""
     signal: int = SIGINT
-    """Number of the signal that interrupted it, where one did."""
+    """Number of the signal that interrupted it, if one did."""
 
     @classmethod
     def of(cls, outcome: Outcome, loss: Loss | None) -> Self:
-        """The run with this outcome."""
+        """Make the run with this outcome."""
         return cls(outcome.folder, outcome.ending, outcome.metrics, outcome.error, loss, outcome.signal)
 
     @classmethod
     def open(cls, folder: str | Path) -> Self:
-        """Read the folder of a run; InputError for another folder, and where the run did not come to a scan."""
+        """Read the folder of a run; InputError for another folder, and for a run without a scan."""
         record = RunRecord.open(folder)
         metrics = measure(record.folder) if record.metrics is None else record.metrics
         return cls(record.folder, metrics.get("ending"), metrics)
 
     def require_success(self, lenient: bool = False) -> None:
-        """Raise the error of a run that did not end as it should.
+        """Raise the error of a run that did not end properly.
 
-        It is its own for one that failed, KeyboardInterrupt for one that was interrupted, and ScansLost where most
-        scans of the log were lost, unless that is taken leniently.
+        It is its own for one that failed, KeyboardInterrupt for one that was interrupted, and ScansLost if most scans
+        of the log were lost, unless ``lenient``.
         """
         if self.error is not None:
             self.error.add_note(f"what was done is in {self.folder}")
@@ -65,7 +65,7 @@ class Run:
 
     @property
     def warnings(self) -> list[str]:
-        """A sentence for the user on what was lost on the way, and what to do about it."""
+        """A sentence for the user on each loss, and what to do about it."""
         told = []
         if self.loss is not None and self.loss.warning:
             told.append(f"{self.loss.warning}: {self.loss.report}")
@@ -75,32 +75,32 @@ class Run:
 
     @cached_property
     def record(self) -> RunRecord:
-        """Everything in the folder, in the form of the package ``slam``, which is not part of the stable API."""
+        """All results, in the form of the package ``slam``, which is not part of the stable API."""
         return RunRecord.open(self.folder)
 
     @property
     def stamps(self) -> FloatArray:
-        """Seconds of each scan, (K,)."""
+        """Stamp of each scan, (K,), seconds."""
         return self.record.traces.stamps
 
     @property
     def trajectory(self) -> FloatArray:
-        """The robot with each scan, (K, 3), as it is known in the end, all loops closed."""
+        """Final pose of the robot at each scan, (K, 3), after loop closing."""
         return self.record.traces.final
 
     @property
     def estimate(self) -> FloatArray:
-        """The robot with each scan, (K, 3), as it was known on the way."""
+        """Pose of the robot as estimated at each scan, (K, 3)."""
         return self.record.traces.estimate
 
     @property
     def odometry(self) -> FloatArray:
-        """The robot by its wheels alone, (K, 3)."""
+        """Pose of the robot by its wheels alone, (K, 3)."""
         return self.record.traces.odometry
 
     @property
     def truth(self) -> FloatArray | None:
-        """The robot as it was, (K, 3); None where nobody knows."""
+        """True pose of the robot, (K, 3); None if unknown."""
         return self.record.traces.truth
 
     @property
@@ -115,16 +115,16 @@ class Run:
         export(self.record, to, Path(out), force)
 
     def report(self, path: str | Path) -> Path:
-        """Write the report, one HTML page that needs nothing but itself, and return its path."""
+        """Write the report, one self-contained HTML page, and return its path."""
         from slam.run.report.page import write_report
 
         write_report([self.record], Path(path))
         return Path(path)
 
     def view(self, width: int = 950, height: int = 600) -> Any:
-        """The run in rerun's viewer, a widget for notebooks; ``hopslam view`` opens a window of its own.
+        """Show the run in rerun's viewer, a widget for notebooks; ``hopslam view`` opens a window.
 
-        InputError where rerun-notebook is not installed.
+        InputError if rerun-notebook is not installed.
         """
         from slam.run.viewer.finished_run import notebook_viewer, recording_of
 
@@ -134,7 +134,10 @@ class Run:
         return f"Run({str(self.folder)!r}, {self.ending or 'cut off'}, {self.metrics['scans']} scans)"
 
     def picture(self) -> bytes | None:
-        """The map, with the true walls and three trajectories, as the content of a PNG file; None without a scan."""
+        """Draw the map, with the true walls and three trajectories.
+
+        Return the content of a PNG file, None without a scan.
+        """
         if not self.metrics["scans"]:
             return None
         from slam.run.pictures.figure_style import png_of
@@ -146,7 +149,7 @@ class Run:
         return self.picture()
 
     def _repr_html_(self) -> str:
-        """The main metrics above the map."""
+        """Show the main metrics above the map."""
         rows = [
             (METRICS[key].name, METRICS[key].shown(self.metrics[key]), METRICS[key].unit)
             for key in METRICS

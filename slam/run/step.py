@@ -1,4 +1,4 @@
-"""A step of a run, and those who watch it."""
+"""A step of a run, and the Watcher protocol."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -10,13 +10,13 @@ from slam.robot import Observation
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
-    """One turn of the loop: a scan, its estimate, and the command that led to it."""
+    """One turn of the loop: a scan, its estimate, and the command before it."""
 
     index: int
     observation: Observation
     estimate: Estimate
     applied: Twist2D
-    """The command on the way here, within the robot's limits; in a replay, what was recorded."""
+    """The command during the motion to this scan, within the robot's limits; in a replay, the recorded one."""
     progress: float
     """Share of the route that is done, 0 to 1."""
     timeouts: int = 0
@@ -24,8 +24,8 @@ class Step:
 
 
 class Watcher(Protocol):
-    """Hears of every step of a run, and changes nothing."""
+    """Receives every step of a run, and changes nothing."""
 
     def on_step(self, step: Step) -> None:
-        """Take note of one step."""
+        """Process one step."""
         ...

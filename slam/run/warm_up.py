@@ -1,4 +1,4 @@
-"""The hot loops, compiled before the clock of a run starts."""
+"""Compiles the hot loops before the clock of a run starts."""
 
 from contextlib import nullcontext
 from time import perf_counter
@@ -19,15 +19,15 @@ from slam.run.loops_warm_up import close_loops, compiled_beside, corridor_ranges
 from slam.scan import LaserScan
 
 _PLACES: Final = (*(0.06 * k for k in range(8)), 2.0)
-"""Metres along the way; odometry says that the last one is far from the others."""
+"""Positions along the path, metres; odometry reports a jump before the last one."""
 _BEAM_TIME: Final = 1e-4
 """Seconds."""
 
 
 def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None:
-    """Make sure that the hot loops of these settings are compiled.
+    """Compile the hot loops of these settings, if necessary.
 
-    With ``search`` those of the search in a saved map too. The first time on a machine takes a while, and says so.
+    ``search`` includes those of the search in a saved map. The first time on a machine takes a while, with a message.
     """
     began = perf_counter()
     with console.waiting("loading the hot loops (the first run on a machine compiles them)"):
@@ -45,14 +45,14 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
 
 
 def is_first_run(config: SlamConfig) -> bool:
-    """Return True where no run with SLAM in this project's own mode has been made on this machine."""
+    """Return True before the first run with SLAM in this project's own mode on this machine."""
     return config.mode == "hopslam" and is_cold(wall_runs)
 
 
 def _run(slam: LineSlam | LineLocalizer) -> None:
-    """Drive along a corridor, until enough wall was seen for the building to have main directions, and then jump.
+    """Drive along a corridor, until the building has main directions from enough wall, and then jump.
 
-    Every hot loop has run then, those too that wait for motion, long walls or a doubtful pose.
+    This runs every hot loop, including those that need motion, long walls or a doubtful pose.
     """
     lidar = TABLE1.lidar
     walls = corridor_ranges()

@@ -1,4 +1,4 @@
-"""Watchers that keep no file: the progress bar of a run, and the signals that end it."""
+"""Watchers that write no file: the progress bar of a run, and the signals that end it."""
 
 from contextlib import ExitStack
 from signal import SIGINT
@@ -6,14 +6,15 @@ from time import perf_counter
 from types import FrameType
 
 from slam.closing import Closing
-from slam.console.signals import ENDING_SIGNALS, signal_handler
+from slam.console.signals import signal_handler
 from slam.console.terminal import Terminal
 from slam.pose import Pose2D
 from slam.run.step import Step
+from slam.system import ENDING_SIGNALS
 
 
 class RunProgress(Closing):
-    """A watcher that shows how far the run is, its scan rate, and its present error where the truth is known."""
+    """Watcher that shows the progress of the run, its scan rate, and its present error if the true pose is known."""
 
     def __init__(self, console: Terminal, name: str) -> None:
         self._bar = console.progress(
@@ -30,7 +31,7 @@ class RunProgress(Closing):
         self._bar.update(self._task, completed=step.progress, scans=scans, rate=rate, error=_error(step))
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         self._bar.stop()
 
 
@@ -43,29 +44,29 @@ def _error(step: Step) -> str:
 
 
 class Interruption(Closing):
-    """A watcher that ends the run after the step in which the user asked for it, so that no step is half done.
+    """Watcher that ends the run after the step in which the user asked for it, so that no step is left half done.
 
-    Raised anywhere else, a KeyboardInterrupt may come up inside compiled code, which makes a SystemError of it. What
-    follows the loop is done to its end, unless Ctrl-C is pressed again. A closed terminal is no reason to end for a
-    program that was started with nohup.
+    Elsewhere a KeyboardInterrupt could occur inside compiled code, which turns it into a SystemError. The work after
+    the loop is completed, unless Ctrl-C is pressed again. A closed terminal does not end a program that was started
+    with nohup.
     """
 
     def __init__(self) -> None:
         self.signal: int | None = None
-        """Number of the signal that asked first; None while nobody has."""
+        """Number of the first signal; None before one."""
         self._handlers = ExitStack()
         self._handlers.enter_context(signal_handler(self._ask, ENDING_SIGNALS))
 
     def asked(self) -> bool:
-        """Tell whether the user asked for the end."""
+        """Return True if the user asked for the end."""
         return self.signal is not None
 
     def close(self) -> None:
-        """Handle the signals as before."""
+        """Restore the signal handlers."""
         self._handlers.close()
 
     def on_step(self, step: Step) -> None:
-        """Raise KeyboardInterrupt when it was asked for."""
+        """Raise KeyboardInterrupt if the user asked for the end."""
         if self.signal is not None:
             raise KeyboardInterrupt
 

@@ -1,4 +1,4 @@
-"""Checks of a drawn scenario: solids where the robot is to stand, and values that are allowed but hardly meant."""
+"""Checks of a drawn scenario: solids at positions of the robot, and valid but implausible values."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -15,22 +15,22 @@ from slam.scenario.world_plan import Person, World
 from slam.scenario.yaml_file import KeyPath
 
 HALF_WIDTH: Final = 0.19
-"""Half of the robot's width, metres: where a solid is nearer to its way than this, it cannot pass."""
+"""Half of the robot's width, metres: it cannot pass a solid nearer to its path than this."""
 LARGE: Final = 50.0
-"""Length or height of furniture beyond which it is hardly meant, metres."""
+"""Length or height of furniture above which it is probably a mistake, metres."""
 VAST: Final = 1000.0
-"""Length of a world beyond which it is hardly meant, metres."""
+"""Length of a world above which it is probably a mistake, metres."""
 FAR: Final = 20.0
-"""Distance from everything that stands beyond which a place is hardly meant, metres."""
+"""Distance from all solids above which a position is probably a mistake, metres."""
 RUNNING: Final = 3.0
-"""Speed beyond which a person is hardly meant to walk, m/s."""
+"""Speed of a person above which it is probably a mistake, m/s."""
 
 Finding = tuple[KeyPath, str]
-"""The path of a key, and what is wrong with its value."""
+"""The path of a key, and the fault of its value."""
 
 
 class _Solids:
-    """Footprints with the boxes around them, by which each piece of a way is compared with its neighbours only."""
+    """Footprints with their bounding boxes, with which each piece of a path is compared first."""
 
     def __init__(self, footprints: Sequence[FloatArray]) -> None:
         self._footprints = footprints
@@ -38,7 +38,7 @@ class _Solids:
         self._high = np.array([outline.max(axis=0) for outline in footprints]).reshape(-1, 2)
 
     def tight_spot(self, leg: tuple[Point, Point], least: float) -> tuple[float, float] | None:
-        """Find the first point of a straight way that is nearer than ``least`` metres to a solid."""
+        """Find the first point of a straight path that is nearer than ``least`` metres to a solid."""
         points = sample_path(leg, step=least / 2.0)
         for begin in range(0, len(points), 20):
             part = points[begin : begin + 20]
@@ -51,7 +51,7 @@ class _Solids:
 
 
 def find_obstruction(scenario: Scenario) -> Finding | None:
-    """Find the first place where the robot is to stand and a solid stands already."""
+    """Find the first position of the robot that a solid occupies."""
     free = clearance(np.array(scenario.path), obstacle_footprints(scenario.world.prisms()))
     for (key, (x, y)), distance in zip(_robot_places(scenario), free, strict=True):
         if distance < ROBOT_RADIUS:

@@ -1,4 +1,4 @@
-"""The three clocks of a simulated robot, which divide one another: physics, control, scan."""
+"""The clocks of a simulated robot, each dividing the next: physics, control, scan."""
 
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -13,7 +13,7 @@ Engine = Literal["bullet", "plan"]
 
 
 def installed_engine() -> Engine:
-    """PyBullet where it is installed, else the model that needs none."""
+    """Return PyBullet if it is installed, else the kinematic model."""
     return "bullet" if find_spec("pybullet") else "plan"
 
 
@@ -21,23 +21,23 @@ class Physics(Section):
     """The engine of the simulation, and its clock."""
 
     engine: Engine = Field(default_factory=installed_engine)
-    """``bullet``: PyBullet, with forces, by default where it is installed. ``plan``: a compiled kinematic model in the
-    plan of the world, many times as fast; what the robot meets stops it, and nothing can be pushed. See
+    """``bullet``: PyBullet, with forces, the default if it is installed. ``plan``: a compiled kinematic model in the
+    plan of the world, many times faster; obstacles stop the robot, and it cannot push anything. See
     docs/simulator.md."""
     rate: Annotated[int, Field(ge=60, le=10_000)] = 240
-    """Physics steps a second."""
+    """Physics steps per second."""
 
 
 @dataclass(frozen=True, slots=True)
 class Clock:
     """A scan period is ``controls_per_scan`` control steps of ``steps_per_control`` physics steps each.
 
-    The beams of a rolling scan fire in the last ``controls_per_sweep`` control steps of the period; 0 of them means
-    that all beams are taken at its end.
+    The beams of a rolling scan fire in the last ``controls_per_sweep`` control steps of the period; 0 means that all
+    beams fire at its end.
     """
 
     rate: int
-    """Physics steps a second."""
+    """Physics steps per second."""
     steps_per_control: int
     controls_per_scan: int
     controls_per_sweep: int
@@ -54,7 +54,7 @@ class Clock:
 
 
 def make_clock(rate: int, control_rate: int, scan_time: float, sweep: float) -> Clock:
-    """Make a clock; ``scan_time``, and ``sweep`` of its beams, in seconds. ValueError where one does not divide."""
+    """Make a clock; ``scan_time``, and the ``sweep`` of its beams, in seconds. ValueError if one is not divisible."""
     if rate % control_rate:
         raise ValueError(
             f"physics.rate = {rate} is no multiple of robot.control_rate = {control_rate}; "

@@ -1,4 +1,4 @@
-"""Descriptions of the value that was expected, in the words of somebody who writes a scenario file."""
+"""Descriptions of the expected value, in the terms of scenario files."""
 
 from collections.abc import Iterator
 from itertools import count
@@ -44,7 +44,7 @@ def describe_expected(error: ErrorDetails, annotation: Any) -> str:
 
 
 def is_fixed_list(annotation: Any) -> bool:
-    """True for a list whose number of items is fixed."""
+    """Return True for a list with a fixed number of items."""
     return get_origin(annotation) is tuple and Ellipsis not in get_args(annotation)
 
 
@@ -74,14 +74,14 @@ def _words(kind: str, context: dict[str, Any], annotation: Any) -> str | None:
 
 
 def _with_value(words: str, value: Any, meant: str = "") -> str:
-    """Append the value that was given, cut short, unless it is a mapping."""
+    """Append the given value, shortened, unless it is a mapping."""
     given = "" if isinstance(value, dict) else f"got {_short.repr(value)}"
     notes = "; ".join(filter(None, (given, meant)))
     return f"{words} ({notes})" if notes else words
 
 
 def _meant(value: Any, annotation: Any) -> str:
-    """Name the word of a choice that was perhaps meant, or say how a number becomes text."""
+    """Suggest the most similar word of a choice, or explain how a number becomes text."""
     if annotation is str and isinstance(value, int | float):
         return "put it in quotes"
     known = [choice for choice in get_args(annotation) if isinstance(choice, str)]
@@ -108,7 +108,7 @@ def _list_of(annotation: Any, context: dict[str, Any]) -> str:
 
 
 def _items(annotation: Any) -> str:
-    """``2 numbers``, ``lists of 2 numbers``."""
+    """Describe the items, as in ``2 numbers`` or ``lists of 2 numbers``."""
     items = get_args(annotation)
     return _plural(items[0]) if Ellipsis in items else f"{len(items)} {_plural(items[0])}"
 
@@ -122,7 +122,7 @@ def _plural(annotation: Any) -> str:
 
 
 def _example(annotation: Any, least: int, numbers: Iterator[int]) -> str | None:
-    """Write a list of that shape; None where it holds other things than numbers."""
+    """Write a list of that shape; None for items other than numbers."""
     if annotation in (float, int):
         return str(next(numbers))
     if get_origin(annotation) is not tuple:

@@ -1,4 +1,4 @@
-"""Scenario files: loaded, written, and told in a few words."""
+"""Scenario files: reading, writing, and a short description."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -17,12 +17,12 @@ from slam.scenario.template import ScenarioTemplate
 def load_template(
     name: str | Path, settings: str | Sequence[str] = (), allow_modules: str | Sequence[str] = ()
 ) -> ScenarioTemplate:
-    """Load the scenario in this file, or the shipped one of this name, to draw from.
+    """Load the scenario in this file, or the shipped one with this name, drawn with its seed.
 
-    ``settings`` are ``key=value``, one or several, on top.
+    ``settings``, one or several ``key=value``, override it.
 
-    What the settings name as ``module:name`` may run; what the file names so is refused, unless ``allow_modules`` has
-    its module. Raises ScenarioError: one line that names file, line and key, what is wrong, and what was perhaps meant.
+    Code that the settings name as ``module:name`` may run; code that the file names may not, unless ``allow_modules``
+    has its module. Raises ScenarioError: one line with file, line and key, the fault, and a suggestion.
     """
     given = one_or_several(settings)
     return checked_template(name, given, [*one_or_several(allow_modules), *named_code(map(parse_setting, given))])
@@ -41,22 +41,22 @@ def read_scenario(name: str | Path, settings: Sequence[str] = ()) -> Scenario:
 
 
 def read_template(name: str | Path, settings: str | Sequence[str] = ()) -> ScenarioTemplate:
-    """Load a template to look at and not to run: it may name any code, and none of it can be called."""
+    """Load a template for display: it may name any code, but none of it can run."""
     return checked_template(name, one_or_several(settings), None)
 
 
 def checked_template(name: str | Path, settings: Sequence[str], allowed: Sequence[str] | None) -> ScenarioTemplate:
-    """Load a template with settings that come from a file: they may name ``allowed`` code only."""
+    """Load a template with settings from a file: they may name ``allowed`` code only."""
     return ScenarioTemplate(ScenarioSource(find_scenario(name), settings), allowed)
 
 
 def dump_scenario(scenario: Scenario) -> str:
-    """Write the scenario as YAML that loads to the same scenario."""
+    """Format the scenario as YAML that loads to the same scenario."""
     return yaml.safe_dump(scenario.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
 
 
 def summary(scenario: Scenario) -> str:
-    """Tell name and description, then a line each on the world, the people and the route."""
+    """Describe name and purpose, then the world, the people and the route, one line each."""
     length = sum(dist(a, b) for a, b in pairwise(scenario.path))
     return "\n".join(
         [

@@ -12,17 +12,17 @@ from slam.scenario.solids import Prism, disc, rectangle
 from slam.scenario.values import Angle, Length, Point, SmallLength
 
 Mass = Annotated[float, Field(ge=0.1, le=1000)]
-"""Kilograms."""
+"""Default mass, kilograms."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Movable:
-    """A thing that can be pushed: ``prisms`` in its own frame, which is at ``T_map_thing`` when the run begins."""
+    """A thing that can be pushed: ``prisms`` in its own frame, which has the pose ``T_map_thing`` at the start."""
 
     T_map_thing: Pose2D
     prisms: tuple[Prism, ...]
     mass: float
-    """Kilograms."""
+    """Mass, kilograms."""
 
 
 class Box(Section):
@@ -35,7 +35,7 @@ class Box(Section):
     yaw: Angle = 0.0
     """Counter-clockwise from the x axis, radians."""
     mass: Mass | None = None
-    """Kilograms of a box that the robot can push; left out: it stands fast."""
+    """Mass of a box that the robot can push, kilograms; without it the box is fixed."""
 
     def prisms(self) -> Iterator[Prism]:
         """Yield the box itself."""
@@ -56,7 +56,7 @@ class Table(Section):
     top: SmallLength = 0.03
     """Thickness of the top, metres."""
     mass: Mass | None = None
-    """Kilograms of a table that the robot can push; left out: it stands fast."""
+    """Mass of a table that the robot can push, kilograms; without it the table is fixed."""
 
     def prisms(self) -> Iterator[Prism]:
         """Yield the legs, then the top."""
@@ -69,7 +69,7 @@ class Table(Section):
 
 
 class Cylinder(Section):
-    """A pillar, a bin, a plant pot: a round thing on the floor."""
+    """A cylinder on the floor: a pillar, a bin, a plant pot."""
 
     center: Point
     """Centre of its outline, map frame, metres."""
@@ -78,10 +78,10 @@ class Cylinder(Section):
     height: Length = 1.0
     """Height, metres."""
     mass: Mass | None = None
-    """Kilograms of a cylinder that the robot can push; left out: it stands fast."""
+    """Mass of a cylinder that the robot can push, kilograms; without it the cylinder is fixed."""
 
     def prisms(self) -> Iterator[Prism]:
-        """Yield one prism with so many sides that it is round within 1 mm."""
+        """Yield one prism with enough sides to be round within 1 mm."""
         yield Prism(disc(self.center, self.radius), 0.0, self.height)
 
 
@@ -89,7 +89,7 @@ Furniture = Box | Table | Cylinder
 
 
 def movable(piece: Furniture) -> Movable | None:
-    """Make a movable thing of a piece of furniture; None where it stands fast."""
+    """Make a movable thing of a piece of furniture; None if it is fixed."""
     if piece.mass is None:
         return None
     at_origin = piece.model_copy(update={"center": (0.0, 0.0), "yaw": 0.0})

@@ -1,4 +1,4 @@
-"""The devices of a real robot: where they are connected, and how they are used."""
+"""The devices of a real robot: their ports and settings."""
 
 from typing import Annotated, Final, Literal
 
@@ -12,13 +12,14 @@ FIRMWARE_TRACK: Final = 0.357
 
 
 _URLS: Final = ("socket", "rfc2217", "loop")
-"""Pyserial's kinds of URL that reach a device and write no file."""
+"""Prefixes of the URLs of pyserial that reach a device and write no file."""
 
 
 def _port(name: str) -> str:
     kind, url, _ = name.partition("://")
     if url and kind not in _URLS:
-        raise ValueError(f"a port is a device such as /dev/ttyUSB0, or {', '.join(f'{kind}://' for kind in _URLS)}")
+        urls = ", ".join(f"{kind}://" for kind in _URLS)
+        raise ValueError(f"a port is a device such as /dev/ttyUSB0 or COM3, or {urls}")
     return name
 
 
@@ -29,23 +30,24 @@ Voltage = Annotated[float, Field(ge=0, le=60)]
 
 
 class FlashSettings(Section):
-    """Settings in the FLASH of the robot, for one that does not say them: its CONFIG is missing, damaged, or short."""
+    """Settings in the FLASH of the robot, for one whose CONFIG packet is missing, damaged, or short."""
 
     watchdog: Positive = 2.0
     """Seconds without a command after which the robot stops by itself."""
     ticks_per_metre: Positive | None = None
-    """Ticks of the wheel encoders for each metre; none: unknown, so that odometry=encoders is refused."""
+    """Ticks of the wheel encoders per metre; without it they are unknown, and odometry=encoders is refused."""
     front_bumpers: int = Field(0, ge=0, le=7)
-    """Number of segments of the front bumper ..."""
+    """Number of segments of the front bumper."""
     rear_bumpers: int = Field(0, ge=0, le=7)
-    """... and of the rear one."""
+    """Number of segments of the rear bumper."""
 
 
 class HardwareConfig(Section):
     """Devices that ``--backend hardware`` opens.
 
-    A port is a device, ``socket://host:port``, ``rfc2217://host:port``, ``loop://``, or ``wire:FILE#port``: what was
-    recorded with --record-wire, said again.
+    A port is a device (``/dev/ttyUSB0``, on macOS ``/dev/cu.usbserial-1410``, on Windows ``COM3``),
+    ``socket://host:port``, ``rfc2217://host:port``, ``loop://``, or ``wire:FILE#port``, which plays a recording of
+    --record-wire.
     """
 
     robot_port: Port = "/dev/ttyUSB0"
@@ -53,32 +55,30 @@ class HardwareConfig(Section):
     lidar_port: Port = "/dev/ttyACM0"
     """Serial port of the lidar."""
     lidar_baud: Literal[19200, 38400, 57600, 115200, 250000, 500000, 750000] = 500000
-    """Bits a second of a URG-04LX; below 250000 an RS-232 line has no room for ten full scans a second. Over USB it
-    means nothing."""
+    """Bit rate of a URG-04LX; below 250000 an RS-232 line is too slow for ten full scans per second. Over USB it has no
+    effect."""
     drive_by: Literal["velocity", "wheels"] = "velocity"
     """Commands for the base in steps of 1 mm/s and 1 deg/s, or for each wheel in steps of 20 mm/s."""
     odometry: Literal["position", "encoders"] = "position"
-    """Source of the odometry: the position that the robot's firmware reckons, or the ticks of its wheels."""
+    """Source of the odometry: the position that the robot's firmware computes, or the ticks of its wheels."""
     left_scale: Positive = 1.0
-    """Metres that the left wheel really rolls for each metre that the robot reports; hopslam calibrate finds it ..."""
+    """Metres that the left wheel really rolls per metre that the robot reports; hopslam calibrate finds it."""
     right_scale: Positive = 1.0
-    """... the same of the right wheel ..."""
+    """Metres that the right wheel really rolls per metre that the robot reports; hopslam calibrate finds it."""
     track_scale: Positive = 1.0
-    """... and the effective distance between the wheels for each metre that the robot assumes."""
+    """Effective wheel track per metre of the track that the robot assumes; hopslam calibrate finds it."""
     command_timeout: float = Field(0.5, gt=0, le=2)
-    """The robot stops when no new command came for this time, seconds."""
+    """Time without a new command, seconds, after which the robot stops."""
     data_timeout: float = Field(0.3, gt=0.15, le=2)
-    """It also stops when the lidar or the odometry is silent for this time, seconds; the lidar may be silent for three
-    of its scan periods at least."""
+    """Time without a scan or odometry, seconds, after which the robot stops; for scans at least three scan periods."""
     low_battery: Voltage = 11.5
-    """Below this voltage, or that of the robot's FLASH where it is higher, a run says that the battery is low; volts,
-    0: never ..."""
+    """Voltage below which a run warns of a low battery, if that in the robot's FLASH is not higher; volts, 0: never."""
     end_battery: Voltage = 11.0
-    """... and below this one, which is at least 0.2 V above that at which the robot switches itself off, it stops and
-    ends; 0: never."""
+    """Voltage below which the robot stops and the run ends; at least 0.2 V above that at which the robot switches
+    itself off; volts, 0: never."""
     patience: float = Field(30.0, ge=0)
-    """Time that a run waits, standing, for a lidar or a base that fell silent, before it ends, seconds."""
+    """Time that a run waits at rest for a silent lidar or base before it ends, seconds."""
     max_watchdog: Positive = 2.0
-    """The robot's own watchdog must stop it after this time at the latest, seconds; it is set in its FLASH."""
+    """Longest watchdog of the robot that is accepted, seconds; the watchdog is set in its FLASH."""
     settings: FlashSettings = FlashSettings()
-    """Settings in the robot's FLASH where it does not say them itself."""
+    """Settings in the robot's FLASH, if it does not report them."""

@@ -1,4 +1,4 @@
-"""The JSON schema of scenario files, by which editors complete and check them as they are written."""
+"""The JSON schema of scenario files, with which editors complete and check them."""
 
 import ast
 import json
@@ -24,7 +24,7 @@ _EXTENDS: Final = {
 
 
 def scenario_schema() -> dict[str, Any]:
-    """Make the schema of scenario files: any value may be left to chance, and a file may extend another one.
+    """Make the schema of scenario files: any value may be random, and a file may extend another one.
 
     Rules between several keys are not in it; ``hopslam`` checks those when it reads the file.
     """
@@ -42,12 +42,12 @@ def scenario_schema() -> dict[str, Any]:
 
 
 def schema_text() -> str:
-    """Write the text of ``scenarios/scenario.schema.json``."""
+    """Return the text of ``scenarios/scenario.schema.json``."""
     return json.dumps(scenario_schema(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 class _Documented(GenerateJsonSchema):
-    """Each key is described by the docstring of its attribute; a section of a union need not name its method."""
+    """Make the schema; the docstring of each attribute describes its key; a section of a union may omit its method."""
 
     def model_schema(self, schema: Any) -> dict[str, Any]:
         section = super().model_schema(schema)
@@ -66,7 +66,7 @@ class _Documented(GenerateJsonSchema):
 
 
 def attribute_docs(section: type[BaseModel]) -> dict[str, str]:
-    """Describe the keys of a section, a line each: the docstring under the attribute, or that of the section it holds.
+    """Return a description of each key of a section: the docstring of the attribute, or that of its section.
 
     pydantic would read them too, but at every start of every command.
     """
@@ -99,7 +99,7 @@ def _line(text: str) -> str:
 
 
 def _or_random(value: dict[str, Any]) -> dict[str, Any]:
-    """Make the schema of a value, or of a random one in its place, in the items of a list too."""
+    """Make the schema of a value, or of a random one in its place, also in the items of a list."""
     outside = {key: value[key] for key in ("description", "default") if key in value}
     plain = {key: part for key, part in value.items() if key not in outside}
     if "prefixItems" in plain:

@@ -1,4 +1,4 @@
-"""Values that are drawn anew for every seed: ``{uniform: [0.2, 0.6]}`` in place of a plain value."""
+"""Values that are drawn for every seed: ``{uniform: [0.2, 0.6]}`` in place of a plain value."""
 
 from abc import abstractmethod
 from collections.abc import Iterator
@@ -17,11 +17,11 @@ Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
 
 
 class _RandomSection(Section):
-    """A section with one key, which holds the bounds or the choices of a random value."""
+    """A section with one key: the bounds or the choices of a random value."""
 
     @property
     def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept: both bounds, or every choice."""
+        """Return the values that the schema must accept: both bounds, or every choice."""
         (values,) = dict(self).values()
         return tuple(values)
 
@@ -51,14 +51,14 @@ class Integer(_RandomSection):
 
 
 class Normal(_RandomSection):
-    """A number around a mean, with a standard deviation; never farther from the mean than three of them."""
+    """A number around a mean, with a standard deviation; at most three of them from the mean."""
 
     normal: tuple[float, NotNegative]
     """The mean, and the standard deviation."""
 
     @property
     def extremes(self) -> tuple[Any, ...]:
-        """Three sigma below and above the mean."""
+        """Return three standard deviations below and above the mean."""
         mean, sigma = self.normal
         return mean - 3.0 * sigma, mean + 3.0 * sigma
 
@@ -70,7 +70,7 @@ class Normal(_RandomSection):
 
 
 class LogUniform(_RandomSection):
-    """A number between two bounds above 0, each order of magnitude as likely."""
+    """A number between two bounds above 0, with every order of magnitude equally likely."""
 
     loguniform: Annotated[tuple[Positive, Positive], AfterValidator(ordered_bounds)]
     """The bounds."""
@@ -81,10 +81,10 @@ class LogUniform(_RandomSection):
 
 
 class Choice(_RandomSection):
-    """One of several values, each as likely."""
+    """One of several values, equally likely."""
 
     choice: tuple[Any, ...] = Field(min_length=1)
-    """The values; one that is written twice is twice as likely."""
+    """The values; one that occurs twice is twice as likely."""
 
     def draw(self, rng: np.random.Generator) -> Any:
         return self.choice[rng.integers(len(self.choice))]
@@ -94,16 +94,16 @@ RandomValue = Uniform | Integer | Normal | LogUniform | Choice
 KINDS: Final[dict[str, type[RandomValue]]] = {
     "uniform": Uniform, "integer": Integer, "normal": Normal, "loguniform": LogUniform, "choice": Choice,
 }  # fmt: skip
-"""Kinds by the key that a random value is written with. No section of a scenario has a key of such a name."""
+"""Kinds by the key of a random value. No section of a scenario has a key of such a name."""
 
 
 def is_random(data: Any) -> bool:
-    """True for data that stands for a value to be drawn."""
+    """Return True for data of a random value."""
     return isinstance(data, dict) and len(data) == 1 and next(iter(data)) in KINDS
 
 
 def find_random(data: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, type[RandomValue], Any]]:
-    """Find the random values in nested YAML data: path, kind, and the value as it is written."""
+    """Find the random values in nested YAML data: path, kind, and the data."""
     if is_random(data):
         yield path, KINDS[next(iter(data))], data
     elif isinstance(data, dict | list):
@@ -112,6 +112,6 @@ def find_random(data: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, type[R
 
 
 def key_rng(path: KeyPath, *seeds: int) -> np.random.Generator:
-    """Make the random numbers of one key: others than those of every other key, the same in every process."""
+    """Make the random numbers of one key, independent of every other key, the same in every process."""
     digest = sha256(".".join(map(str, path)).encode()).digest()
     return np.random.default_rng([*seeds, int.from_bytes(digest[:8])])

@@ -16,7 +16,7 @@ editors.
 _HEAD: Final = "| key | type | default | meaning |\n|---|---|---|---|"
 _BOUNDS: Final = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
 _CHOOSERS: Final = ("method", "kind")
-"""The keys that choose among sections."""
+"""Keys that choose among sections."""
 Schema = dict[str, Any]
 
 
@@ -30,9 +30,9 @@ def scenario_reference() -> str:
 
 
 def _sections(place: str, outer: Schema, known: Schema) -> Iterator[str]:
-    """The tables of the sections that the keys of this one hold, and of those inside them; each once.
+    """Return the tables of the sections of this one's keys, and of those inside them; each once.
 
-    What has been shown is taken out of ``known``, the sections by name.
+    Finished tables are removed from ``known``, the sections by name.
     """
     for key, value in outer["properties"].items():
         for name in _held(value):
@@ -45,7 +45,7 @@ def _sections(place: str, outer: Schema, known: Schema) -> Iterator[str]:
 
 
 def _title(place: str, section: Schema) -> str:
-    """``slam.lines, method: paper``."""
+    """Title of a section, as in ``slam.lines, method: paper``."""
     keys = section["properties"]
     chosen = [f", `{key}: {keys[key].get('default', OWN)}`" for key in _CHOOSERS if key in keys]
     return "".join([f"`{place}`", *chosen])
@@ -71,7 +71,7 @@ def _default(value: Schema) -> str:
 
 
 def _held(value: Any) -> list[str]:
-    """List the names of the sections in a schema, but for random values."""
+    """List the names of the sections in a schema, except random values."""
     if isinstance(value, dict):
         own = [_name(value)] if "$ref" in value else []
         return [name for name in own if name != RANDOM] + _held(list(value.values()))
@@ -83,7 +83,7 @@ def _name(reference: Schema) -> str:
 
 
 def type_text(value: Schema) -> str:
-    """Tell the type of a value in words, as ``number > 0``."""
+    """Describe the type of a value in words, as in ``number > 0``."""
     if "$ref" in value:
         return f"[section](#{_name(value).lower()})"
     if "anyOf" in value:

@@ -10,18 +10,18 @@ TopicName = Annotated[str, StringConstraints(pattern=r"^/[A-Za-z_][A-Za-z0-9_]*(
 
 
 class RosConfig(Section):
-    """Topics that ``--backend ros`` and ``hopslam ros slam`` use; ``/tf`` and ``/tf_static`` are heard besides.
+    """Topics of ``--backend ros`` and ``hopslam ros slam``, in addition to ``/tf`` and ``/tf_static``.
 
-    Domain and reach are those of the environment: see docs/ros.md.
+    Domain and discovery range are those of the environment: see docs/ros.md.
     """
 
     scan_topic: TopicName = "/scan"
-    """LaserScan of the lidar."""
+    """Topic of the lidar's LaserScan."""
     odom_topic: TopicName = "/odom"
-    """Odometry of the base; where nobody sends it, the transforms from odom to the base are taken."""
+    """Topic of the base's odometry; without it, the transforms from odom to the base are used."""
     command_topic: TopicName = "/cmd_vel"
-    """Twist, or TwistStamped, that the base obeys."""
+    """Topic of the velocity commands, Twist or TwistStamped."""
     stamped_commands: bool = False
-    """Commands are TwistStamped."""
+    """True: commands are TwistStamped."""
     reliable: bool = False
-    """Ask for every scan and every odometry, which a driver that offers best effort does not send then."""
+    """True: every scan and odometry is requested reliably; a driver that offers best effort then sends none."""

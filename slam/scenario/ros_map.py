@@ -21,7 +21,7 @@ from slam.scenario.values import Positive
 from slam.scenario.yaml_file import YAML_ERRORS, explain_yaml_error, load_yaml
 
 _IMAGES: Final = ("PPM", "PNG", "BMP")
-"""Pillow's names of the formats that are read; PPM includes PGM, binary (P5) and plain (P2)."""
+"""Pillow's names of the accepted formats; PPM includes PGM, binary (P5) and plain (P2)."""
 _NO_IMAGE: Final = (
     UnidentifiedImageError, Image.DecompressionBombError, ValueError, struct.error, SyntaxError, EOFError
 )  # fmt: skip
@@ -29,7 +29,7 @@ _NO_IMAGE: Final = (
 
 
 class MapHeader(BaseModel):
-    """The keys of a ``map.yaml`` as map_server reads them; others are ignored, as there."""
+    """Keys of a ``map.yaml`` that are used, as in map_server; others are ignored."""
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
@@ -40,23 +40,23 @@ class MapHeader(BaseModel):
     origin: tuple[float, float, float]
     """Pose of the lower left corner of the image in the map frame: x, y (m), yaw (rad)."""
     negate: bool = False
-    """White is occupied."""
+    """True if white is occupied."""
     occupied_thresh: float = Field(0.65, ge=0, le=1)
     """Cells darker than this, 0 white to 1 black, are occupied."""
     mode: Literal["trinary", "scale"] = "trinary"
-    """Both read occupied cells alike; ``raw`` is not read."""
+    """Mode of the image; occupied cells are the same in both, and ``raw`` is not supported."""
 
 
 class RosMap(Section):
     """Occupied cells of a ROS map, raised to solids."""
 
     file: str
-    """The ``map.yaml``; a relative path starts at the scenario file."""
+    """Path of the ``map.yaml``; a relative path starts at the scenario file."""
     height: Positive = 1.0
     """Height of the solids, metres."""
 
     def prisms(self) -> list[Prism]:
-        """Make rectangles that together cover the occupied cells, and nothing else. They may overlap."""
+        """Make rectangles that together cover exactly the occupied cells. They may overlap."""
         path = Path(self.file)
         return [Prism(footprint, 0.0, self.height) for footprint in _footprints(path, path.stat().st_mtime_ns)]
 
@@ -77,7 +77,10 @@ class RosMap(Section):
 
 @lru_cache(maxsize=8)
 def _footprints(path: Path, changed: int) -> FloatArray:
-    """Corners (N, 4, 2) of rectangles over the occupied cells, map frame; ValueError and OSError name the file."""
+    """Return corners (N, 4, 2) of rectangles over the occupied cells, map frame.
+
+    ValueError and OSError name the file.
+    """
     header = _read_header(path)
     cells = merge_cells(_occupied(path.parent / header.image, header), SOLIDS.most + 1)
     if excess := SOLIDS.excess(len(cells)):
@@ -123,7 +126,7 @@ def _occupied(path: Path, header: MapHeader) -> NDArray[np.bool_]:
 
 @compiled
 def _rows_occupied(occupied: NDArray[np.bool_], row: int, column: int, columns: int, limit: int) -> int:
-    """Count the rows from ``row`` on, at most ``limit``, that are occupied all along ``columns`` columns."""
+    """Count the rows from ``row`` on, at most ``limit``, that are occupied in all of ``columns`` columns."""
     for rows in range(limit):
         for k in range(column, column + columns):
             if not occupied[row + rows, k]:
@@ -133,12 +136,12 @@ def _rows_occupied(occupied: NDArray[np.bool_], row: int, column: int, columns: 
 
 @compiled
 def merge_cells(occupied: NDArray[np.bool_], most: int = SOLIDS.most) -> NDArray[np.int64]:
-    """Rectangles (N, 4) of row, column, rows, columns that cover the occupied cells, each cell at least once.
+    """Return rectangles (N, 4) of row, column, rows, columns that cover the occupied cells, each cell at least once.
 
     There are at most ``most`` of them.
 
-    Greedy: from each cell that is not yet covered, in reading order, the larger of the two rectangles that grow as far
-    as they can along the row first, or along the column first.
+    The algorithm is greedy: from each uncovered cell, in reading order, it takes the larger of two rectangles, one
+    grown along the row first, the other along the column first.
     """
     height, width = occupied.shape
     covered = np.zeros_like(occupied)

@@ -1,4 +1,4 @@
-"""A scenario: a world, a robot in it, where it goes, and the method that maps it. Read from YAML."""
+"""A scenario: a world, a robot in it with a route, and the SLAM method. Read from YAML."""
 
 from typing import Annotated, Any, Self
 
@@ -22,17 +22,18 @@ class Route(Section):
     """Way-points, followed one after another on the estimated pose."""
 
     waypoints: tuple[Point, ...] = ()
-    """Map frame, metres; none: the robot stands. Left out where a world is generated: a tour of it."""
+    """Way-points, map frame, metres; an empty list: the robot stands still. The default in a generated world is a tour
+    of it."""
     speed: Speed = 0.5
     """Speed, m/s."""
     turn_speed: TurnSpeed = 0.8
     """Turning speed, rad/s."""
     arrival: SmallLength = 0.15
-    """A way-point is reached within this distance, metres."""
+    """Distance at which a way-point counts as reached, metres."""
 
 
 def _kind(generate: Any) -> str | None:
-    """Read the kind that a section of settings names, or that the section made of them has."""
+    """Return the kind of generator in its settings, or in the section made of them."""
     kind = generate.get("kind") if isinstance(generate, dict) else getattr(generate, "kind", None)
     return None if kind is None else str(kind)
 
@@ -44,7 +45,7 @@ Generator = Annotated[
     | Annotated[LoopGenerator, Tag("loop")],
     Discriminator(_kind),
 ]
-"""``kind`` says which, and which of the settings there are."""
+"""Generator: ``kind`` chooses it, and its settings."""
 
 
 class Scenario(Section):
@@ -55,10 +56,10 @@ class Scenario(Section):
     description: str = ""
     """Description in one line."""
     generate: Generator | None = None
-    """Makes a world, a route and people from a seed, when the scenario is loaded; written by hand, they add to it."""
+    """Generator of a world, a route and people from a seed, at the time of loading; it adds to those in the file."""
     world: World = World()
     people: tuple[Person, ...] = ()
-    """People who walk there."""
+    """People who walk in the world."""
     robot: RobotConfig = RobotConfig()
     lidar: LidarConfig = LidarConfig()
     hardware: HardwareConfig = HardwareConfig()
@@ -67,18 +68,18 @@ class Scenario(Section):
     physics: Physics = Physics()
     slam: SlamConfig = SlamConfig()
     duration: Positive = 600.0
-    """The run ends after this many simulated seconds at the latest."""
+    """Longest simulated time of the run, seconds."""
     seed: int = Field(0, ge=0)
-    """Seed of all that is random: values that the file leaves to chance, noise of lidar and wheels, map points."""
+    """Seed of all random numbers: random values in the file, noise of lidar and wheels, map points."""
 
     @property
     def path(self) -> list[Point]:
-        """The start, then the way-points: the robot drives from one straight to the next; map frame, metres."""
+        """Return the start and the way-points: the robot drives straight from one to the next; map frame, metres."""
         return [(self.robot.start.x, self.robot.start.y), *self.route.waypoints]
 
     @property
     def clock(self) -> Clock:
-        """Division of time among physics, control and scans."""
+        """Clocks of physics, control and scans."""
         lidar = self.lidar.description.lidar
         sweep = (lidar.beams - 1) * self.lidar.time_increment
         return make_clock(self.physics.rate, self.robot.control_rate, lidar.scan_time, sweep)

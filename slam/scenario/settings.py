@@ -1,4 +1,4 @@
-"""``--set key=value``: settings given by hand, on top of a file."""
+"""``--set key=value``: settings that override a file."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any, Final
@@ -8,21 +8,21 @@ from slam.scenario.random_value import is_random
 from slam.scenario.yaml_file import YAML_ERRORS, KeyPath, explain_yaml_error, load_yaml
 
 _CODE_KEYS: Final[tuple[KeyPath, ...]] = (("slam", "lines", "method"), ("slam", "matching", "method"))
-"""The keys whose value may be code of the user's own."""
+"""Keys whose value may name the user's own code."""
 
 
 def one_or_several(given: str | Iterable[str]) -> tuple[str, ...]:
-    """Take a bare string as a list of one, and not of its letters."""
+    """Turn a single string into a list of one, not of its letters."""
     return (given,) if isinstance(given, str) else tuple(given)
 
 
 def with_seed(settings: str | Iterable[str], seed: int | None) -> list[str]:
-    """These settings, and the seed where one is given."""
+    """Return these settings, and the seed if one is given."""
     return [*one_or_several(settings), *([] if seed is None else [f"seed={seed}"])]
 
 
 def parse_setting(text: str) -> tuple[KeyPath, Any]:
-    """Parse ``slam.lines.psi=1`` into a path and a value, which is read as YAML; a number in the path is an index."""
+    """Parse ``slam.lines.psi=1`` into a path and a value, which is YAML; a number in the path is an index."""
     key, equals, value = text.partition("=")
     if not equals or not all(key.strip().split(".")):
         raise ScenarioError(f"--set {text}: expected key=value, for example --set duration=60")
@@ -35,7 +35,7 @@ def parse_setting(text: str) -> tuple[KeyPath, Any]:
 
 
 def apply_settings(data: dict[str, Any], settings: Iterable[tuple[KeyPath, Any]]) -> None:
-    """Write each setting into the nested ``data``, making the mappings that are missing on the way."""
+    """Write each setting into the nested ``data``, with the missing mappings above it."""
     for key_path, value in settings:
         at: Any = data
         for step in key_path[:-1]:
@@ -45,7 +45,7 @@ def apply_settings(data: dict[str, Any], settings: Iterable[tuple[KeyPath, Any]]
 
 
 def named_code(settings: Iterable[tuple[KeyPath, Any]]) -> Iterator[str]:
-    """Find the ``module:name`` places that settings name as parts of the method: whoever writes them allows them."""
+    """Find the ``module:name`` places that settings name as parts of the method; naming them there allows them."""
     for key_path, value in settings:
         for key in _CODE_KEYS:
             if key_path == key[: len(key_path)]:
@@ -53,7 +53,7 @@ def named_code(settings: Iterable[tuple[KeyPath, Any]]) -> Iterator[str]:
 
 
 def _code_in(value: Any, rest: KeyPath) -> Iterator[str]:
-    """Find the code at the rest of the path, and all that a random value may put there."""
+    """Find the code at the rest of the path, including all choices of a random value."""
     if is_random(value):
         for choice in value.get("choice", ()):
             yield from _code_in(choice, rest)
@@ -73,10 +73,10 @@ def _enter(at: Any, step: str | int, key_path: KeyPath) -> Any:
 
 
 def _check_item(at: Any, step: str | int, key_path: KeyPath) -> None:
-    """Refuse a path that leads through a plain value, or to an item that its list has not."""
+    """Refuse a path through a plain value, or to a missing item of a list."""
     name = ".".join(map(str, key_path))
     if isinstance(at, list):
         if not isinstance(step, int) or step >= len(at):
-            raise ScenarioError(f"--set {name}: there are {len(at)} items here; {step} is none of 0 to {len(at) - 1}")
+            raise ScenarioError(f"--set {name}: there are {len(at)} items here; {step} is not in 0 to {len(at) - 1}")
     elif not isinstance(at, dict):
         raise ScenarioError(f"--set {name}: {step} lies inside {at!r}, which has no parts")

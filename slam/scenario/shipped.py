@@ -1,4 +1,4 @@
-"""The scenarios that come with hopslam, and scenarios found by name or path."""
+"""The shipped scenarios, and scenarios found by name or path."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -9,18 +9,18 @@ SHIPPED = next(
     (p for p in (Path(__file__).parents[1] / "scenarios", Path(__file__).parents[2] / "scenarios") if p.is_dir()),
     Path("scenarios"),
 )
-"""The folder of the shipped scenarios: inside the wheel, or beside the packages in a checkout."""
+"""Folder of the shipped scenarios: inside the wheel, or beside the packages in a checkout."""
 
 
 def shipped_scenarios() -> list[str]:
-    """List the names of the scenarios that come with hopslam."""
+    """List the names of the shipped scenarios."""
     return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
 
 
 def find_scenario(name: str | Path, beside: Path = Path()) -> Path:
-    """Find the file of a scenario given by name, or by path, which is relative to the folder ``beside``."""
+    """Find the file of a scenario given by name, or by path, relative to the folder ``beside``."""
     path, shipped = beside / name, SHIPPED / f"{name}.yaml"
-    with suppress(OSError):  # a name too long for a file
+    with suppress(OSError):  # the name is too long for a file
         if path.is_file():
             return path
         if shipped.is_file():

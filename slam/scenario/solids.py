@@ -1,4 +1,4 @@
-"""Upright prisms, which every thing of a world is made of, and how far points are from them.
+"""Upright prisms, of which every thing of a world is made, and the distances of points from them.
 
 Metres and radians, map frame; the floor is z = 0.
 """
@@ -15,13 +15,13 @@ from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.values import Point
 
 _CHORD: Final = 1e-3
-"""A polygon that stands for a circle deviates from it by no more than this, metres."""
+"""Largest deviation of a polygon from its circle, metres."""
 ROBOT_RADIUS: Final = 0.25
-"""Radius of the disc that must be free around it, metres: more than half its width, less than half its length."""
+"""Radius around the robot that must be free, metres: more than half its width, less than half its length."""
 SILL: Final = 0.025
-"""The robot drives over a solid that ends no higher than this, metres: the step that the P3-DX's data sheet allows."""
+"""Height of a solid that the robot can drive over, metres: the step in the P3-DX's data sheet."""
 ROBOT_SPAN: Final = (SILL, 0.4)
-"""A solid that has no part between these heights, metres, is not in the robot's way."""
+"""Heights between which a solid blocks the robot, metres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,15 +52,15 @@ def disc(center: Point, radius: float) -> FloatArray:
 
 
 def obstacle_footprints(prisms: Sequence[Prism]) -> list[FloatArray]:
-    """List the footprints of the solids that the robot cannot drive over or under."""
+    """List the footprints of the solids that block the robot."""
     low, high = ROBOT_SPAN
     return [prism.footprint for prism in prisms if prism.bottom < high and prism.top > low]
 
 
 def clearance(points: FloatArray, footprints: Sequence[FloatArray]) -> FloatArray:
-    """Measure from each of the points (N, 2) to the nearest of the convex, counter-clockwise footprints, metres (N,).
+    """Return the distance of each of the points (N, 2) from the nearest convex, counter-clockwise footprint.
 
-    0 inside of one; infinite where there is no footprint.
+    Metres, (N,); 0 inside one; infinite without a footprint.
     """
     if not footprints:
         return np.full(len(points), np.inf)

@@ -1,4 +1,4 @@
-"""The data of a scenario: a YAML file, those that it extends, and settings given by hand on top."""
+"""The data of a scenario: a YAML file, the files that it extends, and settings that override them."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,10 +14,10 @@ _MAP_FILE: Final[KeyPath] = ("world", "map", "file")
 
 
 class ScenarioSource:
-    """The data of a scenario, and for each key the place it was written at.
+    """The data of a scenario, and for each key its place in the files.
 
-    ``extends: NAME`` in a file puts that file's keys on top of those of another scenario, mapping by mapping; a list or
-    a plain value replaces the other's as a whole.
+    ``extends: NAME`` in a file merges that file's keys over those of another scenario, mapping by mapping; a list or a
+    plain value replaces the other's as a whole.
     """
 
     def __init__(self, path: Path, settings: str | Sequence[str] = ()) -> None:
@@ -37,7 +37,7 @@ class ScenarioSource:
 
     @property
     def map_files(self) -> list[Path]:
-        """The ROS map that the scenario names, if any, and its image; those that are there."""
+        """Existing files among the ROS map of the scenario, if any, and its image."""
         world = self.data.get("world")
         named = world.get("map") if isinstance(world, dict) else None
         header = self.folder / str(named.get("file")) if isinstance(named, dict) else None
@@ -48,11 +48,11 @@ class ScenarioSource:
 
     @property
     def paths(self) -> list[Path]:
-        """All files that the scenario is made of."""
+        """All files of the scenario."""
         return [*(file.path for file in self._files), *self.map_files]
 
     def error(self, key_path: KeyPath, reason: str) -> ScenarioError:
-        """Make the error that says in one line what is wrong with the key at this path, and where it was written."""
+        """Make the error that describes in one line the fault of the key at this path, and its place."""
         key = ".".join(map(str, key_path)) or "scenario"
         return ScenarioError(f"{self._place(key_path)}: {key}: {reason}")
 
@@ -61,7 +61,7 @@ class ScenarioSource:
         return "--set" if by_hand else self._file_of(key_path).place(key_path)
 
     def _file_of(self, key_path: KeyPath) -> YamlFile:
-        """Find the first file that has this key, or comes nearest to it."""
+        """Find the first file that has this key, or the longest part of its path."""
         return max(self._files, key=lambda file: file.depth(key_path))
 
 

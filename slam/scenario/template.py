@@ -14,15 +14,15 @@ from slam.scenario.validation_message import validation_message
 from slam.scenario.yaml_file import KeyPath
 
 _ATTEMPTS: Final = 50
-"""Number of draws of a scenario in which a solid stands where the robot is to be, before it is an error."""
+"""Number of draws with a solid at a position of the robot before it is an error."""
 
 
 class ScenarioTemplate:
     """A scenario file as read: ``draw(seed)`` makes a scenario of it.
 
     All random values are checked at both ends of their range, each with the others at their first end. Raises
-    ScenarioError, which names file, line and key. ``allowed`` are the modules and ``module:name`` places whose code the
-    user allows; any other that is named is refused. None: they may be named, and cannot be called.
+    ScenarioError, with file, line and key. ``allowed`` are the modules and ``module:name`` places whose code the user
+    allows; other code is refused. With None code may be named, but cannot run.
     """
 
     def __init__(self, source: ScenarioSource, allowed: Sequence[str] | None) -> None:
@@ -30,26 +30,26 @@ class ScenarioTemplate:
         self._context = {"folder": source.folder} | ({} if allowed is None else {ALLOWED: tuple(allowed)})
         self._random = self._find_random()
         self.seed = self._checked_extremes().seed
-        """The seed that the file gives, or 0."""
+        """The seed in the file, or 0."""
         self._first = self._draw(self.seed)
 
     @property
     def random(self) -> bool:
-        """True where draws of different seeds differ in more than ``Scenario.seed``."""
+        """True if draws of different seeds differ in more than ``Scenario.seed``."""
         return bool(self._random)
 
     def draw(self, seed: int | None = None) -> Scenario:
         """Draw the scenario of this seed, or of the file's own: the same in every process.
 
-        Each random value depends on the seed and its own key only. Where a solid then stands at the start or at a
-        way-point, all are drawn again; ScenarioError after 50 times.
+        Each random value depends on the seed and its own key only. If a solid then occupies the start or a way-point,
+        all are drawn again; ScenarioError after 50 times.
         """
         if seed is None or seed == self.seed:
             return self._first
         return self._draw(seed) if self.random else self._first.model_copy(update={"seed": seed})
 
     def warnings(self, scenario: Scenario) -> list[str]:
-        """Warn of strange values of a scenario that was drawn, one line each, which names file, line and key."""
+        """Warn of strange values of a drawn scenario, one line each, with file, line and key."""
         return [str(self._source.error(key, reason)) for key, reason in find_warnings(scenario)]
 
     def _draw(self, seed: int) -> Scenario:
@@ -80,7 +80,7 @@ class ScenarioTemplate:
             raise self._source.error(path, f"{next(iter(text))}: {reason}") from errors
 
     def _checked_extremes(self) -> Scenario:
-        """Make the scenario with every random value at its first end; it must be valid at the other ends too."""
+        """Make the scenario with every random value at its first end; it must also be valid at the other ends."""
         lowest = {path: value.extremes[0] for path, value in self._random.items()}
         scenario = self._validated(lowest)
         for path, value in self._random.items():
@@ -89,7 +89,7 @@ class ScenarioTemplate:
         return scenario
 
     def _validated(self, values: dict[KeyPath, Any]) -> Scenario:
-        """Make the scenario with these values in place of what the file has there."""
+        """Make the scenario with these values instead of the random ones."""
         data = _with_values({"seed": 0} | self._source.data, values)
         try:
             return Scenario.model_validate(data, context=self._context)
@@ -99,7 +99,7 @@ class ScenarioTemplate:
 
 
 def _with_values(data: Any, values: dict[KeyPath, Any], path: KeyPath = ()) -> Any:
-    """Copy nested data with these values at their paths; ``data`` stays as it is."""
+    """Copy nested data with these values at their paths; ``data`` does not change."""
     if path in values:
         return values[path]
     if isinstance(data, dict):
@@ -110,10 +110,10 @@ def _with_values(data: Any, values: dict[KeyPath, Any], path: KeyPath = ()) -> A
 
 
 def _with_generated(scenario: Scenario) -> Scenario:
-    """Add the world and the people that the scenario's generator makes to those that it has itself.
+    """Add the generated world and people to those of the scenario.
 
-    Way-points and a start pose of its own stay. The generator is gone from the result, which is therefore complete by
-    itself: written out, it stays the same even where a later version generates something else.
+    Its own way-points and start pose are kept. The result has no generator, and is therefore complete: its file stays
+    the same even if a later version generates something else.
     """
     if scenario.generate is None:
         return scenario

@@ -1,4 +1,4 @@
-"""Errors of pydantic about a scenario, told in the words of its YAML file."""
+"""Pydantic's errors of a scenario, in the terms of its YAML file."""
 
 from typing import Any, NamedTuple, get_args
 
@@ -15,32 +15,32 @@ from slam.scenario.yaml_file import KeyPath
 
 
 class _Place(NamedTuple):
-    """The place in the schema that a path leads to."""
+    """Place in the schema of a path."""
 
     path: KeyPath
-    """The path as the file has it, without the names of methods that pydantic puts into it."""
+    """The path in the file, without the names of methods that pydantic inserts."""
     section: Any
-    """The annotation of the innermost section, or choice of sections, on it."""
+    """Annotation of the innermost section, or choice of sections, on it."""
     value: Any
-    """The annotation of what stands at its end."""
+    """Annotation of the value at its end."""
     others: dict[str, type[BaseModel]]
-    """The sections that could stand in the place of ``section``, by the name that chooses them."""
+    """Possible sections at the place of ``section``, by the name that chooses them."""
 
 
 def validation_message(errors: ValidationError, section: type[BaseModel]) -> tuple[KeyPath, str]:
-    """Tell the first of several errors, an unknown key before all others.
+    """Describe the first of several errors, an unknown key before all others.
 
-    Returns the path of the key, as the file has it, and what is wrong with it. ``section`` is the schema of the whole.
+    Returns the path of the key in the file, and the fault. ``section`` is the schema of the whole.
     """
     return error_message(min(errors.errors(), key=lambda error: error["type"] != "extra_forbidden"), section)
 
 
 def error_message(error: ErrorDetails, section: type[BaseModel]) -> tuple[KeyPath, str]:
-    """Tell one error: the path of the key, and what is wrong with it."""
+    """Describe one error: the path of the key, and the fault."""
     place = _walk(error["loc"], section)
     if error["type"] == "union_tag_invalid":
         return (*place.path, _chooser(place.section)), _reason(error, place)
-    if error["type"] == "missing" and isinstance(error["loc"][-1], int):  # of a list, which is too short
+    if error["type"] == "missing" and isinstance(error["loc"][-1], int):  # of a list that is too short
         place = _walk(error["loc"][:-1], section)
         error = error | {"type": "too_short"}
     return place.path, _reason(error, place)
@@ -61,7 +61,7 @@ def _reason(error: ErrorDetails, place: _Place) -> str:
 
 
 def _unknown(key: str, place: _Place) -> str:
-    """Say why a key is unknown: another choice of the section has it, own code takes it, or it is misspelt."""
+    """Explain an unknown key: another choice of the section has it, own code takes it, or it is misspelt."""
     if place.section is OwnMethod:
         return f"unknown key; what your own code takes stands under {'.'.join(map(str, place.path[:-1]))}.options"
     names = [name for name, section in place.others.items() if key in section.model_fields and name != OWN]
@@ -71,7 +71,7 @@ def _unknown(key: str, place: _Place) -> str:
 
 
 def _belongs_elsewhere(names: list[str], place: _Place) -> str:
-    """Say what must be chosen so that the section has this key."""
+    """Describe the choice that makes the key valid."""
     *outer, part, _ = map(str, place.path)
     needed = f"{'.'.join([*outer, part])}.{_chooser_of(place.others)}={' or '.join(names)}"
     if (mode := mode_with(part, names[0])) is None:
@@ -80,7 +80,7 @@ def _belongs_elsewhere(names: list[str], place: _Place) -> str:
 
 
 def _meant_random(value: dict[str, Any]) -> str:
-    """Give a hint where a mapping looks like a random value whose kind is misspelt."""
+    """Give a hint if a mapping looks like a random value with a misspelt kind."""
     key = next(iter(value), None)
     hint = did_you_mean(str(key), KINDS, otherwise="") if len(value) == 1 and key not in KINDS else ""
     return f" (got {value!r}; {hint})" if hint else ""
@@ -129,6 +129,6 @@ def _chooser(annotation: Any) -> str:
 
 
 def _chooser_of(choices: dict[str, type[BaseModel]]) -> str:
-    """Find the key that each section has its own name in."""
+    """Find the key that holds the name of each section."""
     name, section = next(iter(choices.items()))
     return next(key for key, field in section.model_fields.items() if field.default == name)

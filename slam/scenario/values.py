@@ -1,4 +1,4 @@
-"""Values that the sections of a scenario are made of: positive numbers, points and poses in SI units and radians."""
+"""Values in sections of a scenario: positive numbers, points and poses in SI units and radians."""
 
 from dataclasses import dataclass
 from math import pi
@@ -13,9 +13,9 @@ from slam.pose import Pose2D
 
 @dataclass(frozen=True, slots=True)
 class Within:
-    """Metadata of an annotated float: the least and the largest value that can be meant, in ``unit``.
+    """Metadata of an annotated float: the least and the largest plausible value, in ``unit``.
 
-    A number given in ``wrong_unit``, of which one is ``factor`` units, lies far outside of these bounds, and the error
+    A number in ``wrong_unit``, one of which is ``factor`` units, lies far outside of these bounds, and the error
     converts it. The JSON schema has the bounds too.
     """
 
@@ -26,7 +26,7 @@ class Within:
     factor: float
 
     def check(self, value: float) -> float:
-        """Return the value; ValueError where it is out of bounds."""
+        """Return the value; ValueError if it is out of bounds."""
         if self.low <= value <= self.high:
             return value
         bounds = f"at most {self.high:g}" if self.low >= 0 else f"within {self.low:g} and {self.high:g}"
@@ -49,19 +49,19 @@ Length = Annotated[float, Field(gt=0, le=1000)]
 Angle = Annotated[float, Within(-6.2832, 6.2832, "radians", "degrees", pi / 180.0)]
 """Angle within a turn either way."""
 Speed = Annotated[Positive, Within(0.0, 2.2, "m/s", "mm/s", 1e-3)]
-"""No P3-DX is faster: MaxVelocity of p3dx-sh.p."""
+"""Speed of a P3-DX, up to MaxVelocity of p3dx-sh.p."""
 TurnSpeed = Annotated[Positive, Within(0.0, 8.73, "rad/s", "deg/s", pi / 180.0)]
-"""No P3-DX turns faster: MaxRVelocity of p3dx-sh.p, 500 deg/s."""
+"""Turning speed of a P3-DX, up to MaxRVelocity of p3dx-sh.p, 500 deg/s."""
 SmallLength = Annotated[Positive, Within(0.0, 3.0, "m", "mm", 1e-3)]
-"""Length of a part of the robot, of a person, or of a way beside them, metres."""
+"""Length of a part of the robot, of a person, or of a path beside them, metres."""
 Coordinate = Annotated[float, Field(ge=-5000, le=5000)]
-"""Metres, map frame; so far out, the ranges of a robot are still good to a hundredth of a millimetre."""
+"""Coordinate in the map frame, metres; up to its bounds, ranges are accurate to a hundredth of a millimetre."""
 Point = tuple[Coordinate, Coordinate]
 """x and y in the map frame, metres."""
 
 
 def ordered_bounds(bounds: tuple[Any, Any]) -> tuple[Any, Any]:
-    """Return the bounds; ValueError where the upper one comes first."""
+    """Return the bounds; ValueError if the upper one comes first."""
     if bounds[0] > bounds[1]:
         raise ValueError("the lower bound comes first")
     return bounds
@@ -72,7 +72,7 @@ Span = Annotated[tuple[Length, Length], AfterValidator(ordered_bounds)]
 
 
 def millimetres(*values: float) -> tuple[float, ...]:
-    """Round lengths in metres, which people are to read, to whole millimetres."""
+    """Round lengths in metres to whole millimetres, for readability."""
     return tuple(round(float(value), 3) for value in values)
 
 
@@ -85,13 +85,13 @@ class Place(Section):
     """A pose in the plane, metres and radians."""
 
     x: Coordinate = 0.0
-    """Metres."""
+    """x, metres."""
     y: Coordinate = 0.0
-    """Metres."""
+    """y, metres."""
     theta: Angle = 0.0
     """Counter-clockwise from the x axis, radians."""
 
     @property
     def pose(self) -> Pose2D:
-        """The same pose to compute with."""
+        """The same pose for computation."""
         return Pose2D(self.x, self.y, self.theta)

@@ -23,10 +23,10 @@ class Door(Section):
     width: Length = 0.9
     """Width of the opening, metres."""
     angle: Annotated[float, Within(-3.1416, 3.1416, "radians", "degrees", pi / 180.0)] | None = None
-    """Angle by which the leaf is open, radians: 0 is shut, positive opens to the left of the wall as it is drawn,
+    """Opening angle of the leaf, radians: 0 is closed, positive opens to the left of the wall in its direction,
     negative to the right. Without it there is no leaf."""
     hinge: Literal["begin", "end"] = "begin"
-    """The side of the opening where the leaf hangs."""
+    """Side of the opening with the hinge of the leaf."""
     leaf: SmallLength = 0.04
     """Thickness of the leaf, metres."""
 
@@ -41,28 +41,28 @@ class WallSection:
     """A straight part of a wall, ``begin`` metres after the wall's first point."""
 
     T_map_stretch: Pose2D
-    """Its first point; x along the wall."""
+    """Pose of its first point; x along the wall."""
     begin: float
     length: float
 
     def holds(self, door: Door) -> bool:
-        """True where the whole opening lies in this part."""
+        """Return True if the whole opening lies in this part."""
         return self.begin - 1e-9 <= door.at and door.end <= self.begin + self.length + 1e-9
 
     def solid(self, low: float, high: float, width: float, top: float) -> Prism:
-        """Make the wall between two places, metres from this part's first point."""
+        """Make the wall between two positions, metres from this part's first point."""
         T = self.T_map_stretch
         middle = T @ Pose2D((low + high) / 2.0)
         return Prism(rectangle((middle.x, middle.y), high - low, width, T.theta), 0.0, top)
 
 
 class Wall(Section):
-    """A polyline that a wall of this thickness follows, along its middle."""
+    """A polyline along the middle of a wall with this thickness."""
 
     points: tuple[Point, ...] = Field(min_length=2)
     """Corners, map frame, metres."""
     closed: bool = False
-    """The wall goes on from the last point to the first."""
+    """True if the wall continues from the last point to the first."""
     thickness: SmallLength = 0.1
     """Thickness, metres."""
     height: Annotated[Length, Within(0.0, 100.0, "m", "mm", 1e-3)] = 1.0
@@ -71,7 +71,7 @@ class Wall(Section):
     """Openings, in any order."""
 
     def prisms(self) -> Iterator[Prism]:
-        """Yield what stands of each stretch, half a thickness longer at its ends so that corners are filled.
+        """Yield the solid parts of each stretch, half a thickness longer at its ends so that corners are filled.
 
         The leaves of all doors follow.
         """
@@ -84,7 +84,7 @@ class Wall(Section):
         yield from self.leaves()
 
     def leaves(self) -> Iterator[Prism]:
-        """Yield the leaves of the doors alone."""
+        """Yield the leaves of the doors only."""
         for stretch in self._stretches():
             for door in self._doors_in(stretch):
                 if door.angle is not None:
@@ -104,7 +104,7 @@ class Wall(Section):
         ]
 
     def _leaf(self, stretch: WallSection, door: Door, angle: float) -> Prism:
-        """Make a leaf, which hangs on the face of the wall that it opens to, or in its middle when it is shut."""
+        """Make a leaf on the face of the wall that it opens to, or in its middle if it is closed."""
         hinge, swing = (door.at, angle) if door.hinge == "begin" else (door.end, pi - angle)
         T_map_hinge = stretch.T_map_stretch @ Pose2D(
             hinge - stretch.begin, float(np.sign(angle)) * self.thickness / 2.0, swing

@@ -1,4 +1,4 @@
-"""The world of a scenario as a plan: what stands on the floor, and who walks there. Metres and radians, map frame."""
+"""The world of a scenario as a plan: solids, and people who walk. Metres and radians, map frame."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from slam.scenario.wall import Wall
 
 
 class World(Section):
-    """All that stands on the floor."""
+    """All solids on the floor."""
 
     walls: tuple[Wall, ...] = ()
     """Walls with their doors."""
     boxes: tuple[Box, ...] = ()
-    """Cupboards, crates, steps."""
+    """Boxes: cupboards, crates, steps."""
     tables: tuple[Table, ...] = ()
     """Tables, of which a low lidar sees the legs."""
     cylinders: tuple[Cylinder, ...] = ()
-    """Pillars, bins, plant pots."""
+    """Cylinders: pillars, bins, plant pots."""
     map: RosMap | None = None
-    """A ROS map whose occupied cells stand up as solids."""
+    """A ROS map whose occupied cells become solids."""
 
     def prisms(self) -> list[Prism]:
-        """List every solid of the world, kind by kind; what can be pushed, where it stands when a run begins."""
+        """List every solid of the world, kind by kind; movable ones at their start poses."""
         return self._prisms([*self.walls, *self._furniture])
 
     def fixed_prisms(self) -> list[Prism]:
-        """List every solid that nothing moves."""
+        """List every fixed solid."""
         return self._prisms([*self.walls, *(piece for piece in self._furniture if piece.mass is None)])
 
     def movables(self) -> list[Movable]:
@@ -45,11 +45,11 @@ class World(Section):
         return [thing for piece in self._furniture if (thing := movable(piece)) is not None]
 
     def outlines(self, height: float) -> list[FloatArray]:
-        """List the outlines (N, 2) of what a horizontal plane at this height cuts: what a lidar there can see."""
+        """List the outlines (N, 2) of the solids at this height: those that a lidar there can see."""
         return outlines_at(self.prisms(), height)
 
     def bounds(self) -> tuple[FloatArray, FloatArray] | None:
-        """Find the least and the largest x and y of all that stands; None where nothing does."""
+        """Find the least and the largest x and y of all solids; None without any."""
         outlines = [prism.footprint for prism in self.prisms()]
         if not outlines:
             return None
@@ -76,32 +76,32 @@ class World(Section):
 
 
 class Person(Section):
-    """Somebody who walks from way-point to way-point, for ever, and stands still while the robot is in the way."""
+    """A person who walks from way-point to way-point, for ever, and stops while the robot is in the way."""
 
     waypoints: tuple[Point, ...] = Field(min_length=1)
-    """Way-points, metres, map frame; one alone: a person who stands there."""
+    """Way-points, metres, map frame; a single one: a person who stands there."""
     closed: bool = False
-    """The way goes on from the last way-point to the first; else the same way back."""
+    """True: the path continues from the last way-point to the first; false: it returns the same way."""
     speed: Annotated[Positive, Within(0.0, 5.0, "m/s", "mm/s", 1e-3)] = 1.0
     """Speed, m/s."""
     pause: NotNegative = 0.0
-    """Seconds at each way-point."""
+    """Rest at each way-point, seconds."""
     start: NotNegative = 0.0
-    """Metres of the path that this person has walked when the run begins."""
+    """Distance along the path at which this person starts, metres."""
     leg_radius: SmallLength = 0.06
     """Radius of a leg, metres."""
     stance: SmallLength = 0.2
     """Distance between the middles of the legs, across the path, metres."""
     stride: SmallLength = 0.7
-    """Distance between two footprints of different legs, along the path, metres."""
+    """Distance between footprints of different legs, along the path, metres."""
     keep: Annotated[NotNegative, Within(0.0, 20.0, "m", "mm", 1e-3)] = 0.8
-    """This person stops while the middle of the robot is nearer than this ahead, metres. Their feet are up
-    to half a stride ahead of their own middle."""
+    """Distance to the middle of the robot ahead below which this person stops, metres. The feet are up to half a stride
+    ahead of the middle of the person."""
 
 
 @dataclass(frozen=True, slots=True)
 class GeneratedWorld:
-    """A world, and how it is to be visited: nothing stands nearer than 0.3 m to the way from ``start`` on."""
+    """A world and its route: nothing is nearer than 0.3 m to the path from ``start`` on."""
 
     world: World
     start: Place

@@ -1,4 +1,4 @@
-"""YAML read safely: the line of every key, so that an error can say where it is, and faults in plain words."""
+"""Safe reading of YAML, with the line of every key for messages, and readable faults."""
 
 import re
 from pathlib import Path
@@ -10,9 +10,9 @@ from slam.errors import ScenarioError
 from slam.limits import YAML_DEPTH, YAML_DIGITS, YAML_NODES, YAML_SIZE
 
 KeyPath = tuple[str | int, ...]
-"""The steps from the top of a scenario to a key: names of keys, and indices of list items."""
+"""Steps from the top of a scenario to a key: names of keys, and indices of list items."""
 YAML_ERRORS: Final = (yaml.YAMLError, ValueError, KeyError, AttributeError, RecursionError)
-"""Exceptions of PyYAML for text that it cannot read; the builtin ones are of values such as 2024-13-45."""
+"""Exceptions of PyYAML for invalid text; the builtin ones are raised for values such as 2024-13-45."""
 _TEXT: Final = "tag:yaml.org,2002:str"
 _WORDS: Final = (
     (r"'\\t' that cannot start", "a tab; YAML is indented with spaces only"),
@@ -39,20 +39,20 @@ _WORDS: Final = (
     (r"for merging", "after << a mapping belongs; put the key in quotes if it is text"),
 )  # fmt: skip
 _FOUND_AT_THE_END: Final = re.compile(r"expected ',' or|the node content|unexpected end|could not find expected")
-"""Faults for which the line where the value begins says more than the line where PyYAML found them."""
+"""Faults for which the line where the value begins is clearer than the line where PyYAML found them."""
 
 
 class YamlExcess(ValueError):
-    """More than a limit allows."""
+    """The text exceeds a limit."""
 
 
 def load_yaml(text: str) -> Any:
-    """The plain data of a YAML text, within the limits; one of YAML_ERRORS for another text."""
+    """Return the plain data of a YAML text, within the limits; raises one of YAML_ERRORS."""
     return read_yaml(text)[1]
 
 
 def read_yaml(text: str) -> tuple[yaml.Node | None, Any]:
-    """The tree of nodes and the plain data of a YAML text, within the limits; one of YAML_ERRORS for another text."""
+    """Return the tree of nodes and the plain data of a YAML text, within the limits; raises one of YAML_ERRORS."""
     if excess := YAML_SIZE.excess(len(text)):
         raise YamlExcess(excess)
     loader = yaml.SafeLoader(text)
@@ -68,7 +68,7 @@ def read_yaml(text: str) -> tuple[yaml.Node | None, Any]:
 
 
 def _count_nodes(node: yaml.Node, known: dict[int, int], depth: int) -> int:
-    """The number of nodes below and including this one, each alias counted with all that it stands for."""
+    """Return the number of nodes below and including this one, each alias counted with its contents."""
     if id(node) in known:
         return known[id(node)]
     if excess := YAML_DEPTH.excess(depth):
@@ -77,16 +77,16 @@ def _count_nodes(node: yaml.Node, known: dict[int, int], depth: int) -> int:
         if node.tag != _TEXT and (excess := YAML_DIGITS.excess(len(node.value))):
             raise YamlExcess(excess)
         return 1
-    known[id(node)] = YAML_NODES.most + 1  # what holds itself has no end
+    known[id(node)] = YAML_NODES.most + 1  # a node that contains itself has no end
     parts = [part for pair in node.value for part in (pair if isinstance(pair, tuple) else (pair,))]
     known[id(node)] = 1 + sum(_count_nodes(part, known, depth + 1) for part in parts)
     return known[id(node)]
 
 
 class YamlFile:
-    """The content of a YAML file whose top is a mapping.
+    """Content of a YAML file whose top is a mapping.
 
-    Raises ScenarioError, naming file and line, when it cannot be read, is not YAML, or names a key twice.
+    Raises ScenarioError, with file and line, if it cannot be read, is not YAML, or has a key twice.
     """
 
     def __init__(self, path: Path) -> None:
@@ -98,15 +98,15 @@ class YamlFile:
         self.data: dict[str, Any] = data
 
     def place(self, key_path: KeyPath) -> str:
-        """``file:line`` of the key or item at this path, or of the nearest thing around it that the file has."""
+        """Return ``file:line`` of the key or item at this path, or of the nearest parent in the file."""
         return f"{self.path}:{self._lines(key_path)[-1] + 1}"
 
     def depth(self, key_path: KeyPath) -> int:
-        """Count the steps of this path that the file has."""
+        """Count the steps of this path that are in the file."""
         return len(self._lines(key_path)) - 1
 
     def _lines(self, key_path: KeyPath) -> list[int]:
-        """Find the line, from 0, of the top, and of each step of the path as far as the file has it."""
+        """Return the line, from 0, of the top, and of each step of the path that is in the file."""
         node, lines = self._root, [self._root.start_mark.line]
         for step in key_path:
             found = next((pair for pair in _children(node) if pair[0] == step), None)
@@ -143,7 +143,7 @@ class YamlFile:
 
 
 def _children(node: yaml.Node | None) -> list[tuple[str | int, int, yaml.Node]]:
-    """(key or index, line from 0, value) of what is directly inside."""
+    """Yield (key or index, line from 0, value) of the direct children."""
     if isinstance(node, yaml.MappingNode):
         return [(str(key.value), key.start_mark.line, value) for key, value in node.value]
     if isinstance(node, yaml.SequenceNode):
@@ -152,7 +152,7 @@ def _children(node: yaml.Node | None) -> list[tuple[str | int, int, yaml.Node]]:
 
 
 def explain_yaml_error(error: Exception) -> tuple[int | None, str]:
-    """Tell the line, from 1, where the error has one, and what is wrong there, of an error in YAML_ERRORS."""
+    """Return the line, from 1, of an error in YAML_ERRORS, if known, and its description."""
     if isinstance(error, yaml.MarkedYAMLError):
         problem = error.problem or error.context or "not YAML"
         began = error.context_mark if _FOUND_AT_THE_END.search(problem) else None

@@ -76,17 +76,17 @@ class SweepConfig(Section):
     logs: Annotated[tuple[str, ...], AfterValidator(_check_unique)] = ()
     """Recorded logs, by path."""
     modes: Annotated[tuple[ModeName, ...], AfterValidator(_check_unique)] = ()
-    """Modes of the method; none: that of each scenario. Where a scenario is of another mode, its section ``slam``
-    gives way to the defaults of this one, or to that of ``paper_corridor`` (a log: ``paper_replay``) where it is the
-    paper's."""
+    """Modes of the method; empty: that of each scenario. If a scenario has another mode, its section ``slam`` is
+    replaced by the defaults of this one, or by that of ``paper_corridor`` (a log: ``paper_replay``) for the paper's
+    mode."""
     seeds: Seeds = (0,)
-    """``first:end``, without the end, or a list."""
+    """Seeds as ``first:end``, without the end, or a list."""
     grid: dict[str, Values] = Field({})
-    """Settings such as ``slam.matching.floor``, and the values of each that are tried."""
+    """Settings such as ``slam.matching.floor``, each with the values that are tried."""
     sample: dict[str, Annotated[Any, AfterValidator(_check_distribution)]] = Field({})
     """Settings that are drawn for each seed: ``{uniform: [low, high]}`` and the like, as in scenarios."""
     settings: dict[str, Any] = Field({})
-    """Settings that all runs have."""
+    """Settings of all runs."""
     seed: int = Field(0, ge=0)
     """Seed of the sampled settings, together with a run's own seed."""
 

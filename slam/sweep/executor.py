@@ -1,4 +1,4 @@
-"""Interface of what runs a sweep's jobs: processes of this machine, or a cluster."""
+"""Interface of the executors of a sweep's jobs: processes of this machine, or a cluster."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from slam.sweep.result_rows import Row
 
 @dataclass(frozen=True, slots=True)
 class FinishedJob:
-    """A job that came back, with its row."""
+    """A finished job, with its row."""
 
     job: Job
     row: Row
@@ -29,17 +29,17 @@ class Executor(Protocol):
 
     @property
     def free(self) -> int:
-        """Number of jobs that it takes now."""
+        """Number of jobs that can be submitted now."""
 
     @property
     def busy(self) -> int:
-        """Number of submitted jobs that did not come back yet."""
+        """Number of submitted jobs that have not finished."""
 
     def submit(self, job: Job) -> None:
         """Start a job."""
 
     def collect(self, timeout: float) -> Iterator[FinishedJob | LostJob]:
-        """Jobs that came back, after waiting for at most ``timeout`` seconds; a lost one may be submitted again."""
+        """Yield finished jobs, after waiting for at most ``timeout`` seconds; a lost one may be submitted again."""
 
     def close(self) -> None:
-        """Stop at once; jobs that did not come back are dropped."""
+        """Stop at once; unfinished jobs are dropped."""

@@ -1,4 +1,4 @@
-"""Folder by path or by URL, in which files appear at once or not at all."""
+"""A folder by path or by URL, in which files appear at once or not at all."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from typing import IO, Any, Final
 
 from slam.errors import InputError, StorageError
 from slam.files.atomic_files import DRAFT, clear_drafts, write_atomic
-from slam.files.disk import disk
+from slam.files.disk import WholeFile, disk
 from slam.named_code import import_optional
 
 _ASIDE: Final = ".damaged-"
-"""Begins the names of files that were set aside."""
+"""Prefix of files that were set aside."""
 
 
 class Folder:
-    """``address`` is a path, or a URL of any kind that fsspec knows, such as ``s3://bucket/sweep``.
+    """A folder whose ``address`` is a path, or a URL that fsspec supports, such as ``s3://bucket/sweep``.
 
-    InputError where it is of a kind that is not known, or whose package is not installed.
+    InputError for an unknown kind of URL, or one whose package is not installed.
     """
 
     def __init__(self, address: str) -> None:
         address = address.removeprefix("file://")
         self.path = None if "://" in address else Path(address).absolute()
-        """None where it is a URL."""
+        """Path of the folder; None for a URL."""
         self.address = address if self.path is None else str(self.path)
         self._fs: Any = None
         self._root = ""
@@ -39,7 +39,7 @@ class Folder:
         return Folder(f"{self.address.rstrip('/')}/{name}")
 
     def write(self, name: str, text: str) -> None:
-        """Write a small file whole."""
+        """Write a small file at once or not at all."""
         if self.path is not None:
             self.path.mkdir(parents=True, exist_ok=True)
             write_atomic(self.path / name, text)
@@ -48,7 +48,7 @@ class Folder:
             self._fs.pipe_file(self._place(name), text.encode())
 
     def read(self, name: str) -> str | None:
-        """Read the text of a file; None where there is none."""
+        """Read the text of a file; None if there is none."""
         try:
             if self.path is not None:
                 return (self.path / name).read_text(encoding="utf-8")
@@ -57,7 +57,7 @@ class Folder:
             return None
 
     def names(self) -> list[str]:
-        """Names of the files in it, sorted, without drafts; none where there is no such folder."""
+        """Return names of the files in it, sorted, without drafts; empty if there is no such folder."""
         try:
             if self.path is not None:
                 found = [entry.name for entry in os.scandir(self.path)]
@@ -68,7 +68,7 @@ class Folder:
         return sorted(name for name in found if not name.startswith("."))
 
     def open(self, name: str) -> IO[bytes]:
-        """Open a file for reading; FileNotFoundError where there is none."""
+        """Open a file for reading; FileNotFoundError if there is none."""
         if self.path is not None:
             return (self.path / name).open("rb")
         file: IO[bytes] = self._fs.open(self._place(name), "rb")
@@ -76,24 +76,23 @@ class Folder:
 
     @contextmanager
     def draft(self) -> Iterator[Path]:
-        """Make a temporary folder on this machine, for ``move_in``: on the same file system, if this is on one."""
+        """Make a temporary folder on this machine, for ``move_in``: on this folder's file system, if possible."""
         if self.path is not None:
             self.path.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(prefix=DRAFT, dir=self.path, ignore_cleanup_errors=True) as draft:
             yield Path(draft)
 
     def move_in(self, draft: Path, name: str) -> None:
-        """Move a file or folder from a draft to this name here, in the place of what had it."""
+        """Move a file or folder from a draft to this name here, and replace an older one."""
         if self.path is None:
             self._fs.makedirs(self._root, exist_ok=True)
             if draft.is_dir() and self._fs.exists(self._place(name)):
-                self._fs.rm(self._place(name), recursive=True)  # else the folder would be put into it
+                self._fs.rm(self._place(name), recursive=True)  # otherwise the folder would be moved into it
             self._fs.put(str(draft), self._place(name), recursive=draft.is_dir())
             return
         place = self.path / name
         if draft.is_file():
-            with draft.open("rb") as file:
-                os.fsync(file.fileno())
+            WholeFile(draft, "rb+").close()  # puts it on the disk
         elif place.is_symlink():
             place.unlink()
         elif place.is_dir():
@@ -106,7 +105,7 @@ class Folder:
             clear_drafts(self.path)
 
     def set_aside(self, name: str) -> str:
-        """Move a damaged file out of the way, in this folder; its new address."""
+        """Move a damaged file aside, in this folder; return its new address."""
         aside = f"{_ASIDE}{name}"
         if self.path is not None:
             (self.path / name).replace(self.path / aside)
@@ -115,7 +114,7 @@ class Folder:
         return f"{self.address}/{aside}"
 
     def remove(self, name: str) -> None:
-        """Remove a file, if it is there."""
+        """Remove a file, if it exists."""
         if self.path is not None:
             (self.path / name).unlink(missing_ok=True)
         elif self._fs.exists(self._place(name)):
@@ -126,7 +125,7 @@ class Folder:
 
 
 def _open(url: str) -> tuple[Any, str]:
-    """File system of a URL, and the path there."""
+    """Return the file system of a URL, and the path in it."""
     fsspec = import_optional("fsspec", "sweep")
     try:
         fs, root = fsspec.core.url_to_fs(url)

@@ -11,11 +11,11 @@ from pydantic import Field
 from slam.config import Section
 
 _ID_LENGTH: Final = 16
-"""Hexadecimal digits: among a million jobs, two of one id are one in ten million."""
+"""Hexadecimal digits of an id: among a million jobs, two share one with a probability of one in ten million."""
 
 
 def format_setting(key: str, value: Any) -> str:
-    """Format ``key=value`` as ``--set`` takes it; numbers keep all their digits."""
+    """Format ``key=value`` in the form of ``--set``; numbers keep all their digits."""
     text = yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=10**6).removesuffix("...\n")
     return f"{key}={text.strip()}"
 
@@ -24,7 +24,7 @@ class Job(Section):
     """Complete description of one run; it can be sent to another process, and repeated alone."""
 
     id: str
-    """Hash of the content: the same in every process, another one where anything of the job is another."""
+    """Hash of the content: the same in every process, and different for any other job."""
     kind: Literal["scenario", "log"]
     name: str
     """Name of the scenario, or of the log's file."""
@@ -33,11 +33,11 @@ class Job(Section):
     mode: str
     seed: int
     grid: dict[str, Any] = Field({})
-    """The values of the settings that the sweep tries ..."""
+    """Values of the settings in the grid."""
     drawn: dict[str, Any] = Field({})
-    """... and of those that it draws."""
+    """Values of the settings that were drawn."""
     settings: tuple[str, ...] = ()
-    """All settings, as ``--set`` takes them, in order."""
+    """All settings in the form of ``--set``, in order."""
 
     @classmethod
     def create(cls, input_digest: str, **content: Any) -> Self:

@@ -1,4 +1,4 @@
-"""Sweeps made by a command or a program: planned, run, and returned as values."""
+"""Sweeps for a command or a program: planned, run, and returned as values."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from slam.sweep.report.tables import tables
 from slam.sweep.result_rows import Row
 from slam.sweep.result_store import ResultStore
 from slam.sweep.sweep import ExecutionOptions, SweepOutcome, run_sweep
+from slam.system import usable_cores
 
 if TYPE_CHECKING:
     from slam.sweep.report.write import SweepReport
@@ -24,33 +25,33 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """The results of a sweep, and how many of its runs were made now."""
+    """The results of a sweep, and the number of runs made now."""
 
     folder: str
     """Path or URL."""
     done: int = 0
-    """Runs that are over now, and were not before ..."""
+    """Number of runs finished now."""
     failed: int = 0
-    """... and those of them without a result."""
+    """Number of runs finished now without a result."""
     before: int = 0
-    """Runs that were over already."""
+    """Number of runs that had been finished before."""
     interrupted: bool = False
 
     @classmethod
     def of(cls, folder: str, outcome: SweepOutcome) -> Self:
-        """The sweep in this folder, with this outcome."""
+        """Make the sweep in this folder, with this outcome."""
         return cls(folder, outcome.done, outcome.failed, outcome.before, outcome.interrupted)
 
     def rows(self, columns: Sequence[str] | None = None) -> list[Row]:
-        """A dictionary for each run: ``mode``, ``seed``, ``set.<key>``, ``status``, and every metric by its name.
+        """Return a dictionary for each run: ``mode``, ``seed``, ``set.<key>``, ``status``, and every metric.
 
-        All columns, or these. docs/sweeps.md lists them, and ``pandas.DataFrame`` takes them as they are.
+        ``columns`` selects some of them; docs/sweeps.md lists them. ``pandas.DataFrame`` accepts the result.
         """
         return list(self._store().rows(None if columns is None else list(columns)))
 
     def report(self, metric: str | None = None) -> SweepReport:
         """Write tables, comparisons and pictures into the folder ``report``; ``page`` is the path of the HTML page."""
-        from slam.sweep.report.write import write_report  # late: matplotlib takes long to load
+        from slam.sweep.report.write import write_report  # here, as matplotlib takes long to load
 
         return write_report(self.folder, metric)
 
@@ -83,17 +84,17 @@ def sweep(
     check: bool = True,
     console: Terminal | None = None,
 ) -> Sweep:
-    """Run scenarios and logs by mode, settings and seed, as ``hopslam sweep`` does: what has a result is not run again.
+    """Run scenarios and logs by mode, settings and seed, as ``hopslam sweep`` does; runs with a result are skipped.
 
     ``seeds`` are ``"first:end"``, without the end, or numbers; ``grid`` has the values of each setting that are tried,
-    and ``sample`` a distribution for each that is drawn by seed, such as ``"uniform(0.1, 0.2)"``. Runs go to ``jobs``
-    processes, by default one for each processor, or to a cluster at ``ray``; results to ``out``, a path or URL, by
-    default ``sweeps/<name>``. InputError for what is wrong, before anything is run. A run that fails is a row that says
-    so. A sweep that is interrupted raises KeyboardInterrupt, and is returned with ``check=False``.
+    and ``sample`` a distribution for each setting that is drawn by seed, such as ``"uniform(0.1, 0.2)"``. Runs use
+    ``jobs`` processes, by default one for each processor, or a cluster at ``ray``; results are written to ``out``, a
+    path or URL, by default ``sweeps/<name>``. InputError for wrong arguments, before any run. A failed run has a row
+    with its error. An interrupted sweep raises KeyboardInterrupt; with ``check=False`` it is returned instead.
     """
     planned = plan(scenarios, seeds, modes, grid, sample, settings, allow_modules)
     address = folder_of(planned, out)
-    options = ExecutionOptions(jobs or processors(), ray, retry, pictures)
+    options = ExecutionOptions(jobs or usable_cores(), ray, retry, pictures)
     outcome = run_sweep(planned, address, options, console or Terminal(quiet=True))
     if check and outcome.interrupted:
         raise KeyboardInterrupt(f"the same sweep goes on with what is missing in {address}")
@@ -109,7 +110,7 @@ def plan(
     settings: str | Sequence[str] = (),
     allow_modules: str | Sequence[str] = (),
 ) -> Plan:
-    """The runs of a sweep; see ``sweep``."""
+    """Return the runs of a sweep; see ``sweep``."""
     given = {
         "seeds": seeds if seeds is None or isinstance(seeds, str | int) else [_plain(seed) for seed in seeds],
         "modes": one_or_several(modes),
@@ -122,20 +123,15 @@ def plan(
 
 
 def folder_of(planned: Plan, out: str | os.PathLike[str] | None) -> str:
-    """Path or URL of the results."""
+    """Return path or URL of the results."""
     return f"sweeps/{planned.config.name}" if out is None else os.fspath(out)
 
 
-def processors() -> int:
-    """Number of the processors that this program may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def _sampled(key: str, distribution: Any) -> tuple[str, Any]:
-    """A setting and its distribution, which may be written as on the command line."""
+    """Return a setting and its distribution, given as a mapping or in the form of the command line."""
     return parse_sample(f"{key}={distribution}") if isinstance(distribution, str) else (key, distribution)
 
 
 def _plain(value: Any) -> Any:
-    """A number of numpy as one of Python."""
+    """Convert a number of numpy to one of Python."""
     return value.item() if hasattr(value, "item") else value

@@ -1,23 +1,23 @@
-"""Lock that lets one driver at a time work in a sweep's folder."""
+"""Lock of a sweep's folder for a single driver."""
 
-import fcntl
 import json
 import os
 import platform
-from contextlib import suppress
 from typing import IO, Any, Final, Self
 
 from slam.errors import InputError
+from slam.files.file_lock import try_lock
 from slam.sweep.folder import Folder
+from slam.system import is_running
 
 _NAME: Final = "driver.lock"
 
 
 class SweepLock:
-    """Held while a driver works in the folder; InputError while another does.
+    """Lock of a folder for one driver; InputError while another driver has it.
 
-    On a file system the kernel holds it, and lets go when the process dies, however it dies. At a URL it is a file that
-    names host and process: that of a process of this host that is gone is taken over.
+    On a file system the system holds it, and releases it when the process dies. At a URL it is a file with host and
+    process: the lock of a dead process of this host is taken over.
     """
 
     def __init__(self, folder: Folder) -> None:
@@ -42,12 +42,10 @@ class SweepLock:
         assert self._folder.path is not None
         self._folder.path.mkdir(parents=True, exist_ok=True)
         self._file = (self._folder.path / _NAME).open("a+", encoding="utf-8", errors="replace")
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
+        if not try_lock(self._file):
             self._file.seek(0)
             with self._file:
-                raise self._refusal(self._file.read()) from error
+                raise self._refusal(self._file.read())
         self._file.truncate(0)
         self._file.write(self._me)
         self._file.flush()
@@ -67,7 +65,7 @@ class SweepLock:
 
 
 def _claim(text: str) -> dict[str, Any]:
-    """Host and process that a lock names; empty where it cannot be read."""
+    """Read host and process of a lock; empty if it cannot be read."""
     try:
         claim = json.loads(text)
     except ValueError:
@@ -76,13 +74,8 @@ def _claim(text: str) -> dict[str, Any]:
 
 
 def _may_run(other: str) -> bool:
-    """True where that process may still be at work: one of another host is believed to be."""
+    """Return True if that process may still run: one of another host counts as running."""
     who = _claim(other)
     if who.get("host") != platform.node() or not isinstance(who.get("pid"), int):
         return True
-    with suppress(PermissionError, OverflowError):
-        try:
-            os.kill(who["pid"], 0)
-        except ProcessLookupError:
-            return False
-    return True
+    return is_running(who["pid"])

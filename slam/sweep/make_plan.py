@@ -21,10 +21,10 @@ _CALL: Final = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 
 
 def make_plan(names: str | Sequence[str], changes: dict[str, Any], allow_modules: str | Sequence[str] = ()) -> Plan:
-    """Plan the runs of scenarios and logs, or of one sweep file, which ``changes`` then overrule key by key.
+    """Plan the runs of scenarios and logs, or of one sweep file; ``changes`` override its keys.
 
-    Code that ``changes`` name may run; code that files name may run where ``allow_modules`` has its module.
-    InputError names file, line and key of a fault in a file.
+    Code that ``changes`` name may run; code that files name may run if ``allow_modules`` has its module. InputError
+    gives file, line and key of a fault in a file.
     """
     names = one_or_several(names)
     allowed = [*one_or_several(allow_modules), *(place for _, place in _code_in(changes))]
@@ -32,7 +32,7 @@ def make_plan(names: str | Sequence[str], changes: dict[str, Any], allow_modules
     if not files:
         return Plan(_config(_config_of_names(names) | changes, None), allowed=allowed)
     if len(names) > 1:
-        raise InputError(f"{files[0]}: a sweep file stands alone; put the other scenarios into it")
+        raise InputError(f"{files[0]}: a sweep file must be the only argument; put the other scenarios into it")
     file = YamlFile(files[0])
     config = _config({"name": files[0].stem} | file.data | changes, file)
     _check_code(config, file, allowed)
@@ -46,7 +46,7 @@ def parse_grid(text: str) -> tuple[str, list[Any]]:
 
 
 def parse_sample(text: str) -> tuple[str, dict[str, Any]]:
-    """Parse ``key=uniform(0.2, 0.6)`` into key and what scenarios write for it: ``{uniform: [0.2, 0.6]}``."""
+    """Parse ``key=uniform(0.2, 0.6)`` into key and the form of scenario files: ``{uniform: [0.2, 0.6]}``."""
     key, value = _split("--sample", text, "robot.start.y=uniform(-0.5,0.5)")
     call = _CALL.fullmatch(value)
     if call is None or call[1] not in KINDS:
@@ -72,7 +72,7 @@ def _yaml(option: str, text: str, value: str) -> list[Any]:
 
 
 def _sweep_file(name: str) -> Path | None:
-    """The file of this path, or the shipped sweep of this name, where it is a sweep and no scenario."""
+    """Return the file with this path, or the shipped sweep with this name, if it is a sweep and not a scenario."""
     path = next((path for path in (Path(name), SHIPPED / "sweeps" / f"{name}.yaml") if path.is_file()), None)
     if path is None or path.suffix not in {".yaml", ".yml"}:
         return None
@@ -80,7 +80,7 @@ def _sweep_file(name: str) -> Path | None:
 
 
 def _config_of_names(names: Sequence[str]) -> dict[str, Any]:
-    """Configuration for these names; files that are no YAML are logs."""
+    """Make the configuration for these names; files that are not YAML are logs."""
     logs = [name for name in names if Path(name).is_file() and Path(name).suffix not in {".yaml", ".yml"}]
     scenarios = [name for name in names if name not in logs]
     stems = [re.sub(r"[^A-Za-z0-9._-]", "-", Path(name).name.split(".")[0].lstrip("-_")) or "sweep" for name in names]
@@ -88,7 +88,7 @@ def _config_of_names(names: Sequence[str]) -> dict[str, Any]:
 
 
 def _code_in(config: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
-    """The ``module:name`` places in a sweep's configuration, each with the key that it stands at."""
+    """Return the ``module:name`` places in a sweep's configuration, each with its key."""
     values = [(part, key, value) for part in ("settings", "sample") for key, value in config.get(part, {}).items()]
     values += [("grid", key, value) for key, several in config.get("grid", {}).items() for value in several]
     for part, key, value in values:

@@ -1,4 +1,4 @@
-"""All runs of a sweep, one after another, made when they are asked for."""
+"""All runs of a sweep, generated one after another."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Case:
     mode: str
     grid: dict[str, Any]
     settings: tuple[str, ...]
-    """Settings of the run, but for those that are drawn for each seed."""
+    """Settings of the run, except those drawn for each seed."""
 
     @property
     def label(self) -> str:
@@ -31,9 +31,9 @@ class Case:
 
 
 class Plan:
-    """The runs of this configuration; files named in it are relative to ``beside``. InputError where one is missing.
+    """The runs of this configuration; its files are relative to ``beside``. InputError for a missing one.
 
-    ``allowed`` are the modules and ``module:name`` places whose code the user allows. It is written to no file.
+    ``allowed`` are the modules and ``module:name`` places whose code the user allows; they are not written to a file.
     """
 
     def __init__(self, config: SweepConfig, beside: Path = Path(), allowed: Sequence[str] = ()) -> None:
@@ -47,7 +47,7 @@ class Plan:
         return len(self.cases) * len(self.config.seeds)
 
     def jobs(self) -> Iterator[Job]:
-        """Jobs seed by seed, so that a sweep that is stopped half way has tried all cases alike."""
+        """Yield jobs seed by seed, so that a sweep stopped half way has tried all cases equally."""
         return (self.job(case, seed) for seed in self.config.seeds for case in self.cases)
 
     def job(self, case: Case, seed: int) -> Job:
@@ -67,11 +67,11 @@ class Plan:
         )
 
     def files(self) -> list[Path]:
-        """Files that the runs need besides hopslam itself."""
+        """Files that the runs need in addition to hopslam."""
         return [path for input_ in self.inputs for path in input_.files]
 
     def check(self) -> None:
-        """ScenarioError where a setting of a case is wrong; sampled ones are tried at both ends of their range."""
+        """Raise ScenarioError if a setting of a case is wrong; sampled ones are checked at both ends of their range."""
         sampled = [format_setting(*item) for item in self.config.sample.items()]
         for case in self.cases:
             try:

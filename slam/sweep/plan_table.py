@@ -1,4 +1,4 @@
-"""Table of what a sweep would run, and how long that takes, before it is started."""
+"""Table of the planned runs of a sweep and their time, before it starts."""
 
 from collections.abc import Sequence
 from contextlib import closing, suppress
@@ -24,9 +24,9 @@ _TRIAL_TIME: Final = 2.0
 
 
 def plan_table(plan: Plan, out: str, jobs: int) -> ResultTable:
-    """Make a row for each case: its runs, those that are over, seconds of one; then the time that is left.
+    """Make a row for each case: its runs, the finished ones, seconds per run; then the remaining time.
 
-    Seconds are those of the runs that are over; without any, a first look takes them. ScenarioError for wrong settings.
+    Seconds are those of the finished runs; without any, a short run measures them. ScenarioError for wrong settings.
     """
     plan.check()
     found = ResultStore(Folder(out)).rows(["id", "status", "seconds"])

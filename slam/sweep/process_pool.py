@@ -5,27 +5,25 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from multiprocessing import connection, get_context
+from multiprocessing import connection, get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any, Final
 
 from slam.sweep.executor import FinishedJob, LostJob
 from slam.sweep.job import Job
+from slam.system import leave_terminal
 
 ONE_THREAD: Final = dict.fromkeys(
     ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
-"""Environment of a worker: there are as many of them as processors, and sums must be made in the same order."""
-_PARENT_CHECK_PERIOD: Final = 1.0
-"""Seconds between two looks at whether the driver still lives."""
+"""Environment of a worker: one thread, as there are as many workers as processors, and sums keep their order."""
 
 
 class ProcessPool:
-    """``size`` workers, which stay warm from job to job; each has one job at a time.
+    """``size`` workers, which run one job after another.
 
     ``allowed`` is the code that the user allows: see slam/config/section.py.
     """
@@ -78,14 +76,14 @@ class _Worker:
         self.job: Job | None = None
         self.pipe, far_end = get_context("spawn").Pipe()
         self._process: SpawnProcess = get_context("spawn").Process(
-            target=_work, args=(far_end, os.getpid(), runs, pictures, allowed), daemon=True
+            target=_work, args=(far_end, runs, pictures, allowed), daemon=True
         )
         with environment(ONE_THREAD), main_module_hidden():
             self._process.start()
-        far_end.close()  # the worker's alone, so that its death closes the pipe
+        far_end.close()  # only the worker holds it, so that its death closes the pipe
 
     def send(self, job: Job) -> bool:
-        """False where the process is gone."""
+        """Send a job; return False if the process has died."""
         try:
             self.pipe.send_bytes(job.model_dump_json().encode())
         except OSError:
@@ -94,7 +92,7 @@ class _Worker:
         return True
 
     def receive(self) -> FinishedJob | LostJob | None:
-        """Result that came through the pipe; None where there was no job."""
+        """Return the result from the pipe; None without a job."""
         job, self.job = self.job, None
         if job is None:
             return None
@@ -111,11 +109,11 @@ class _Worker:
         self.pipe.close()
 
 
-def _work(pipe: Connection, driver: int, runs: str, pictures: bool, allowed: Sequence[str]) -> None:
-    """Run jobs until the pipe is closed, or the driver (its process id) is gone: then stop at once, even in a run."""
-    os.setsid()  # Ctrl-C is for the driver, which then ends its workers
-    threading.Thread(target=_exit_with, args=(driver,), daemon=True).start()
-    from slam.sweep.run_job import run_job  # here, so that the time it takes is the worker's
+def _work(pipe: Connection, runs: str, pictures: bool, allowed: Sequence[str]) -> None:
+    """Run jobs until the pipe is closed or the driver has died; then stop at once, even in a run."""
+    leave_terminal()
+    threading.Thread(target=_exit_with_driver, daemon=True).start()
+    from slam.sweep.run_job import run_job  # here, so that the worker spends the time
 
     while (message := _next(pipe)) is not None:
         row = run_job(Job.model_validate_json(message), runs, pictures, allowed)
@@ -129,9 +127,10 @@ def _next(pipe: Connection) -> bytes | None:
         return None
 
 
-def _exit_with(driver: int) -> None:
-    while os.getppid() == driver:
-        time.sleep(_PARENT_CHECK_PERIOD)
+def _exit_with_driver() -> None:
+    driver = parent_process()
+    assert driver is not None
+    driver.join()
     os._exit(1)
 
 
@@ -143,7 +142,7 @@ def _describe_exit(exitcode: int | None) -> str:
 
 @contextmanager
 def main_module_hidden() -> Iterator[None]:
-    """Hide the user's script, which a new process would run once more: nothing of it is needed there."""
+    """Hide the user's script, which a new process would otherwise run again."""
     main = sys.modules["__main__"]
     hidden: dict[str, Any] = {name: vars(main).pop(name) for name in ("__file__", "__spec__") if name in vars(main)}
     main.__spec__ = None

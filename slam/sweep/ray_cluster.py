@@ -17,19 +17,19 @@ from slam.sweep.job import Job
 from slam.sweep.process_pool import ONE_THREAD
 
 LOCAL: Final = "local"
-"""Address of a cluster that is made of this machine, for this sweep only."""
+"""Value of ``address`` for a new cluster on this machine, for this sweep only."""
 MEMORY: Final = 500 * 2**20
-"""Bytes that a task asks for: what a run needs, with its libraries, and half as much again."""
+"""Memory that a task requests, bytes: that of a run with its libraries, plus half."""
 _WAITING: Final = 1.25
-"""Tasks that the cluster is given for each processor: some wait there, so that no processor does."""
+"""Tasks per processor that are submitted to the cluster: some wait there, so that no processor is idle."""
 
 
 class RayCluster:
-    """The cluster at ``address``, or a new one of ``jobs`` processors on this machine for ``local``.
+    """The cluster at ``address``, or, for ``local``, a new one of ``jobs`` processors on this machine.
 
-    To other machines the code is sent, with the ``files`` that the jobs name; ``allowed`` is the code of the user's own
-    that they may run. InputError where there is no cluster, or one of another version of Ray or Python; ClusterError
-    where it goes away, or its packages differ from those here.
+    The code is sent to other machines, with the ``files`` that the jobs name; ``allowed`` is the user's own code that
+    may run there. InputError if there is no cluster, or one with another version of Ray or Python; ClusterError if it
+    is lost, or its packages differ from those here.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class RayCluster:
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # its new default, and it would warn
         if address == LOCAL:
-            os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"  # what makes Ray stay on the loopback, on Linux too
+            os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"  # makes Ray use the loopback interface, on Linux too
         self._ray = import_optional("ray", "cluster")
         self._runs, self._pictures, self._allowed = runs, pictures, list(allowed)
         self._bundle = None if address == LOCAL else CodeBundle(files)
@@ -56,13 +56,13 @@ class RayCluster:
 
     @property
     def free(self) -> int:
-        """Number of tasks that it takes now: as many as the cluster has processors, and some that wait."""
+        """Number of tasks that can be submitted now: one per processor, plus those that wait."""
         processors = int(self._ray.cluster_resources().get("CPU", 0))
         return max(int(_WAITING * processors + 0.999) - len(self._pending), 0)
 
     @property
     def busy(self) -> int:
-        """Number of tasks that did not come back."""
+        """Number of unfinished tasks."""
         return len(self._pending)
 
     def submit(self, job: Job) -> None:
@@ -77,7 +77,7 @@ class RayCluster:
             yield self._result(task, self._pending.pop(task))
 
     def close(self) -> None:
-        """Cancel what runs, and leave the cluster; one that was made for this sweep ends."""
+        """Cancel all tasks, and leave the cluster; one that was made for this sweep ends."""
         self._ray.shutdown()
         if self._bundle is not None:
             self._bundle.close()
@@ -112,17 +112,17 @@ class RayCluster:
 
 
 def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str], allowed: Sequence[str] = ()) -> str:
-    """Run a job as a task; returns JSON of the row, or of the host and its versions where others are expected."""
+    """Run a job as a task; return JSON of the row, or of the host and its versions if others are expected."""
     if version_difference(expected, versions()):
         return json.dumps({"host": platform.node(), "versions": versions()})
     from slam.sweep.run_job import run_job
 
-    os.chdir("/")  # the folder of the code is written anew when a second node of this machine starts: no place to stand
+    os.chdir("/")  # Ray writes the code again if a second node of this machine starts: no folder to run in
     return json.dumps({"row": run_job(Job.model_validate_json(job), runs, pictures, allowed)})
 
 
 def _check_reachable(address: str) -> None:
-    """Fail at once where nobody listens; Ray itself waits for minutes."""
+    """Fail at once if nothing listens there; Ray itself waits for minutes."""
     host, _, port = address.rpartition(":")
     if not port.isdigit() or "/" in host:
         return

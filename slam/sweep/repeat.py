@@ -1,4 +1,4 @@
-"""Running one row of a sweep again, and comparing what comes out."""
+"""Runs one row of a sweep again, and compares the results."""
 
 from collections.abc import Sequence
 from contextlib import closing
@@ -27,16 +27,16 @@ class Repetition:
     """Shell command of the same run."""
     folder: str
     differences: list[str]
-    """Names of the columns that are not the same bits."""
+    """Names of the columns with different bits."""
     compared: int
     """Number of columns."""
 
 
 def repeat_run(out: str, run_id: str, pictures: bool = False, allow_modules: Sequence[str] = ()) -> Repetition:
-    """Run the row of that id, or of the only one that begins so, in a process of its own.
+    """Run the row with that id, or the only one that begins with it, again in a new process.
 
-    InputError where there is no such row, its scenario or log has changed since, or it names code whose module is not
-    in ``allow_modules``.
+    InputError if there is no such row, its scenario or log has changed, or it names code whose module is not in
+    ``allow_modules``.
     """
     folder = Folder(out)
     row = _find(ResultStore(folder), run_id, out)

@@ -1,7 +1,6 @@
 """Rows of a sweep's results, and the Parquet file that holds them.
 
-A row has plain values, as JSON has them. The file is written anew from the old one and new rows, a batch at a time in
-memory.
+A row has plain values, as in JSON. The file is rewritten from the old one and new rows, with one batch in memory.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ and ``version``; ``settings`` and ``command``, which repeat the run."""
 WALL_TIMES: Final = frozenset(
     {"slam_ms_median", "slam_ms_p99", "slam_s_total", "extraction_ms_median", "real_time_factor", "closing_s"}
 )
-"""Metrics that are wall times, others in every run; all others are the same bits when a run is repeated."""
+"""Metrics that are wall times, which differ in every run; all others have the same bits when a run is repeated."""
 _OTHER_COLUMNS: Final = frozenset({"seed", "version", "ending"})
 """Metrics that a row has in other columns."""
 _KINDS: Final = {
@@ -37,11 +36,11 @@ _KINDS: Final = {
 _LISTS: Final = frozenset({"settings", "error_m"})
 _LARGEST: Final = 2.0**63
 BATCH: Final = 200
-"""Rows in memory, and in a row group of the file, at most."""
+"""Largest number of rows in memory, and in a row group of the file."""
 
 
 def job_columns(job: Job) -> Row:
-    """Columns that describe the job."""
+    """Return the columns that describe the job."""
     row = job.model_dump(include={"id", "name", "source", "kind", "mode", "seed"})
     row |= {f"set.{key}": _plain(value) for key, value in job.grid.items()}
     row |= {f"drawn.{key}": _plain(value) for key, value in job.drawn.items()}
@@ -49,7 +48,7 @@ def job_columns(job: Job) -> Row:
 
 
 def done_row(job: Job, outcome: Outcome) -> Row:
-    """Row of a run that came to an end; ``failed`` where the robot did."""
+    """Make the row of a completed run; ``failed`` if the robot failed."""
     metrics = {
         f"wall.{key}" if key in WALL_TIMES else key: value
         for key, value in outcome.metrics.items()
@@ -61,12 +60,12 @@ def done_row(job: Job, outcome: Outcome) -> Row:
 
 
 def failed_row(job: Job, error: str) -> Row:
-    """Row of a run that came to no end."""
+    """Make the row of a run that was not completed."""
     return job_columns(job) | {"status": "failed", "ending": None, "error": error}
 
 
 def repeatable_columns(row: Row) -> Row:
-    """Columns that must be the same when the run is repeated: all but times, and those without a value."""
+    """Return the columns that must be equal when the run is repeated: all but times, and those without a value."""
     excluded = {"seconds", "host", "tries", "started", "version", "command"}
     return {
         key: value
@@ -78,7 +77,7 @@ def repeatable_columns(row: Row) -> Row:
 def write_table(path: Path, old: IO[bytes] | None, ids: set[str], batches: Callable[[], Iterable[list[Row]]]) -> None:
     """Write the rows of ``old``, without those of ``ids``, and the new ones of ``batches``, which is called twice.
 
-    A column is of the widest type that its rows have; what a row does not have is null.
+    A column has the widest type of its rows; missing values are null.
     """
     pq, before = import_optional("pyarrow.parquet", "sweep"), _open(old)
     schema = _schema(before, batches())
@@ -90,7 +89,7 @@ def write_table(path: Path, old: IO[bytes] | None, ids: set[str], batches: Calla
 
 
 def read_rows(file: IO[bytes], columns: list[str] | None = None) -> Iterator[Row]:
-    """The rows of a results file, one after another, with all columns or these; ValueError where it is damaged."""
+    """Yield the rows of a results file, with all columns or these; ValueError if it is damaged."""
     arrow_error = import_optional("pyarrow", "sweep").ArrowException
     try:
         for batch in _open(file).iter_batches(batch_size=BATCH, columns=columns):
@@ -100,7 +99,7 @@ def read_rows(file: IO[bytes], columns: list[str] | None = None) -> Iterator[Row
 
 
 def whole_rows(file: IO[bytes]) -> tuple[list[Row], bool]:
-    """Rows of the row groups of a results file that can be read and are rows; True where they are all that it holds."""
+    """Return the rows of the readable row groups of a results file; True if they are all of it."""
     arrow_error = import_optional("pyarrow", "sweep").ArrowException
     damage = (arrow_error, OSError, ValueError, LookupError)
     rows, whole = list[Row](), True
@@ -121,7 +120,7 @@ def whole_rows(file: IO[bytes]) -> tuple[list[Row], bool]:
 
 
 def row_fault(row: Any) -> str | None:
-    """Say what is wrong with a row; None where nothing is."""
+    """Describe the fault of a row; None if there is none."""
     if not isinstance(row, dict):
         return "is no object"
     for name, kind in _KINDS.items():
@@ -133,7 +132,7 @@ def row_fault(row: Any) -> str | None:
 
 
 def _is_plain(name: str, value: Any) -> bool:
-    """True for the value of a column: text, a number in reach, or a list of such."""
+    """Return True for the value of a column: text, a number within limits, or a list of such."""
     if name in METRICS and not (value is None or isinstance(value, int | float)):
         return False
     if name in _LISTS:
@@ -152,7 +151,7 @@ def _open(file: IO[bytes] | None) -> Any:
 
 
 def _table(rows: list[Row]) -> Any:
-    """Arrow table of the rows; columns whose values are of several kinds become text."""
+    """Make an Arrow table of the rows; columns with values of several kinds become text."""
     pa = import_optional("pyarrow", "sweep")
     names = dict.fromkeys(name for row in rows for name in row)
     return pa.table({name: _column(pa, [row.get(name) for row in rows]) for name in names})
@@ -169,7 +168,7 @@ def _column(pa: Any, values: list[Any]) -> Any:
 
 
 def _text(value: Any) -> str | None:
-    """Convert a value as a cast of the whole column would write it."""
+    """Convert a value as a cast of the whole column would."""
     if isinstance(value, bool):
         return str(value).lower()
     return None if value is None else str(value)
@@ -191,7 +190,7 @@ def _unified(pa: Any, one: Any, other: Any) -> Any:
 
 
 def _wider(pa: Any, name: str, types: list[Any]) -> Any:
-    """The field that holds values of all these types: text, where nothing else does."""
+    """Return the field for values of all these types: text, if nothing else fits."""
     try:
         fields = [pa.schema([(name, kind)]) for kind in types]
         return pa.unify_schemas(fields, promote_options="permissive").field(0)
@@ -219,7 +218,7 @@ def _old_tables(before: Any, ids: set[str], schema: Any) -> Iterator[Any]:
 
 
 def _gathered(tables: Iterable[Any]) -> Iterator[Any]:
-    """Small tables put together until there is a batch of rows."""
+    """Join small tables until there is a batch of rows."""
     pa = import_optional("pyarrow", "sweep")
     waiting: list[Any] = []
     for table in tables:

@@ -1,4 +1,4 @@
-"""Storage of a sweep's rows: each exactly once, whatever is killed when."""
+"""Storage of a sweep's rows: each exactly once, even after kills."""
 
 import json
 from collections.abc import Iterator
@@ -14,15 +14,15 @@ from slam.sweep.result_rows import BATCH, Row, read_rows, row_fault, whole_rows,
 RESULTS: Final = "results.parquet"
 _JOURNAL: Final = "rows"
 _COMPACTION_PERIOD: Final = 30.0
-"""Seconds after which the results are brought up to date, while there are few new rows."""
+"""Seconds after which the results file is updated, if there are few new rows."""
 
 
 class ResultStore:
-    """``results.parquet`` in a folder, by path or URL, and beside it a journal of the rows that it does not have yet.
+    """``results.parquet`` in a folder, by path or URL, with a journal of the rows that are not in it yet.
 
-    A row is first a small file of its own in ``rows``, named by its job's id and written whole. Then and when a new
-    ``results.parquet`` takes the place of the old, with these rows, and they are removed. Killed in between, a row is
-    in both: the journal's counts. A row of an id that is there already takes the place of the other.
+    A row is first a small file of its own in ``rows``, named by its job's id and written at once or not at all. From
+    time to time a new ``results.parquet`` with these rows replaces the old one, and they are removed. After a kill in
+    between, a row is in both: the journal's counts. A row with an existing id replaces the other.
     """
 
     def __init__(self, folder: Folder) -> None:
@@ -39,9 +39,9 @@ class ResultStore:
             self.compact()
 
     def set_damaged_aside(self) -> list[str]:
-        """Move what cannot be read out of the way, so that its runs are run again; a sentence for each such file.
+        """Move unreadable files aside, so that their runs are made again; return a sentence for each such file.
 
-        Of a damaged ``results.parquet`` the rows that can be read come back, by way of the journal.
+        The readable rows of a damaged ``results.parquet`` are restored through the journal.
         """
         faults = {name: fault for name in self._journal.names() if (fault := self._journal_fault(name)) is not None}
         said = [
@@ -59,7 +59,7 @@ class ResultStore:
         return said
 
     def compact(self) -> None:
-        """Take the journal into ``results.parquet``. InputError where that file was made by something else."""
+        """Merge the journal into ``results.parquet``. InputError if that file is not a results file."""
         names = self._journal.names()
         if names:
             with self.folder.draft() as draft:
@@ -70,9 +70,9 @@ class ResultStore:
         self._waiting, self._compacted = 0, monotonic()
 
     def rows(self, columns: list[str] | None = None) -> Iterator[Row]:
-        """Rows of ``results.parquet``, one after another: all but those added since it was last compacted.
+        """Yield the rows of ``results.parquet``, without those added since it was last compacted.
 
-        InputError where the file is damaged.
+        InputError if the file is damaged.
         """
         if RESULTS not in self.folder.names():
             return
@@ -83,7 +83,7 @@ class ResultStore:
             raise self._damaged(error) from error
 
     def done(self) -> set[str]:
-        """Ids of the jobs that need not be run again: those in the file that did not fail."""
+        """Return ids of the jobs that need not run again: those in the file that did not fail."""
         return {row["id"] for row in self.rows(["id", "status"]) if row["status"] == "done"}
 
     def _write(self, path: Path, names: list[str]) -> None:
@@ -102,7 +102,7 @@ class ResultStore:
         return InputError(f"{place}: damaged, or not the results of a sweep: {error}; run the sweep again to mend it")
 
     def _journal_fault(self, name: str) -> str | None:
-        """Say what is wrong with a row of the journal; None where nothing is."""
+        """Describe the fault of a row of the journal; None if there is none."""
         try:
             with self._journal.open(name) as file:
                 row = parse_json(file.read())

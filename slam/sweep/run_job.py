@@ -1,4 +1,4 @@
-"""The work of a sweep's worker: one run, whatever becomes of it."""
+"""The work of a sweep's worker: one run, with a row for every outcome."""
 
 import platform
 from collections.abc import Sequence
@@ -21,14 +21,14 @@ from slam.sweep.job import Job
 from slam.sweep.result_rows import Row, done_row, failed_row
 
 CURVE_POINTS: Final = 64
-"""Places along the way, evenly from its start to its end: as many for a short run as for a long one."""
+"""Number of positions along the path, evenly from start to end, for short and long runs alike."""
 
 
 def run_job(job: Job, runs: str, pictures: bool, allowed: Sequence[str] = ()) -> Row | None:
-    """Run it, and keep its folder as ``<id>`` under the address ``runs``; None when it was interrupted.
+    """Run the job, and keep its folder as ``<id>`` under the address ``runs``; None if it was interrupted.
 
-    A run that fails has a row that says so: only an interruption leaves here. ``allowed`` is the code that the user
-    allows; a job says only what it names.
+    A failed run has a row with its error: only an interruption leaves here. ``allowed`` is the code that the user
+    allows; a job does not contain that permission.
     """
     began, started = perf_counter(), datetime.now(UTC)
     try:
@@ -45,7 +45,7 @@ def run_job(job: Job, runs: str, pictures: bool, allowed: Sequence[str] = ()) ->
 
 
 def make_experiment(job: Job, allowed: Sequence[str] = ()) -> Experiment:
-    """Experiment that ``job.command`` runs, with the code that the user allows."""
+    """Make the experiment of ``job.command``, with the code that the user allows."""
     settings, source = [*job.settings, f"seed={job.seed}"], bundled_path(job.source)
     if job.kind == "log":
         experiment = replay_experiment(Path(source), checked_template("replay", settings, allowed).draw())
@@ -56,14 +56,14 @@ def make_experiment(job: Job, allowed: Sequence[str] = ()) -> Experiment:
 
 
 def error_curve(folder: Path) -> list[float] | None:
-    """Metres between estimate and truth at CURVE_POINTS places along a run's way; None where no truth is known."""
+    """Return the distance between estimate and true pose at CURVE_POINTS positions along the path; None if unknown."""
     traces = Traces.read(folder)
     if traces is None or traces.truth is None:
         return None
     errors = np.hypot(*pose_errors(traces.estimate, traces.truth)[:, :2].T)
-    way = path_lengths(traces.truth)
-    at = np.linspace(0.0, way[-1], CURVE_POINTS)
-    return [round(value, 6) for value in np.interp(at, way, errors).tolist()]
+    distances = path_lengths(traces.truth)
+    at = np.linspace(0.0, distances[-1], CURVE_POINTS)
+    return [round(value, 6) for value in np.interp(at, distances, errors).tolist()]
 
 
 def _run(job: Job, runs: str, pictures: bool, allowed: Sequence[str]) -> Row | None:

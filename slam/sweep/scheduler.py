@@ -1,4 +1,4 @@
-"""The loop of a sweep: jobs to the executor, rows to the store."""
+"""The loop of a sweep: submit jobs to the executor, store their rows."""
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
@@ -10,24 +10,24 @@ from slam.sweep.result_rows import failed_row
 from slam.sweep.result_store import ResultStore
 
 _POLL_PERIOD: Final = 0.5
-"""Seconds."""
+"""Seconds to wait for a finished job before the next check."""
 
 
 class Scheduler:
-    """Runs jobs until each has a row; one that fails, or loses its worker, is tried ``retry`` times more."""
+    """Runs jobs until each has a row; one that fails, or loses its worker, is repeated up to ``retry`` times."""
 
     def __init__(self, executor: Executor, store: ResultStore, retry: int, show: Callable[[int, int], None]) -> None:
         self._executor, self._store, self._retry, self._show = executor, store, retry, show
         self._again: deque[Job] = deque()
         self._tries: Counter[str] = Counter()
-        """Tries of the jobs that were submitted and have no row, by id."""
+        """Attempts of the submitted jobs without a row, by id."""
         self.done = 0
-        """Jobs that have a row ..."""
+        """Number of jobs that have a row."""
         self.failed = 0
-        """... and those of them without a result."""
+        """Number of jobs that have a row without a result."""
 
     def run(self, jobs: Iterable[Job]) -> bool:
-        """Run all jobs; True where Ctrl-C came first. However it ends, ``results.parquet`` has the rows so far."""
+        """Run all jobs; return True after Ctrl-C. In any case, ``results.parquet`` has the rows so far."""
         waiting = iter(jobs)
         try:
             while self._submit(waiting):
@@ -41,7 +41,7 @@ class Scheduler:
             self._store.compact()
 
     def _submit(self, waiting: Iterable[Job]) -> bool:
-        """Submit as many jobs as the executor takes; False when all are over."""
+        """Submit as many jobs as the executor takes; return False when all are finished."""
         for _ in range(self._executor.free):
             job = self._again.popleft() if self._again else next(iter(waiting), None)
             if job is None:
@@ -51,7 +51,7 @@ class Scheduler:
         return self._executor.busy > 0
 
     def _handle(self, result: FinishedJob | LostJob) -> None:
-        """Keep the row, or try the job again."""
+        """Keep the row, or run the job again."""
         row = result.row if isinstance(result, FinishedJob) else failed_row(result.job, result.reason)
         failed = row["status"] == "failed"
         if failed and self._tries[result.job.id] <= self._retry:

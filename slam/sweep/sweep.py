@@ -1,4 +1,4 @@
-"""A whole sweep: what is missing is run, and its rows are kept."""
+"""A whole sweep: run the missing jobs, and store their rows."""
 
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
@@ -21,19 +21,19 @@ from slam.sweep.scheduler import Scheduler
 RUNS: Final = "runs"
 """Folder of the runs' folders."""
 CONFIG: Final = "sweep.yaml"
-"""Configuration of the last sweep in the folder; ``hopslam sweep`` takes it."""
+"""Configuration of the last sweep in the folder; ``hopslam sweep`` accepts it."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExecutionOptions:
-    """Options of the execution of a sweep's runs."""
+    """Options for the execution of a sweep's runs."""
 
     jobs: int
-    """Runs at a time; on a cluster that is there already, as many as it has processors."""
+    """Runs at a time; an existing cluster runs as many as it has processors."""
     ray: str | None = None
-    """Address of the cluster; None: processes of this machine."""
+    """Address of the cluster; None for processes of this machine."""
     retry: int = 2
-    """Number of times that a failed run is tried again."""
+    """Number of times that a failed run is repeated."""
     pictures: bool = False
     """Draw map and errors of every run."""
 
@@ -43,19 +43,19 @@ class SweepOutcome:
     """Numbers of runs of a sweep."""
 
     done: int
-    """Runs that are over now, and were not before ..."""
+    """Runs finished now."""
     failed: int
-    """... and those of them without a result."""
+    """Runs finished now without a result."""
     before: int
-    """Runs that were over already."""
+    """Runs that had been finished before."""
     interrupted: bool
 
 
 def run_sweep(plan: Plan, out: str, options: ExecutionOptions, console: Terminal) -> SweepOutcome:
-    """Run the jobs that have no row under ``out``, a path or URL, or one that failed.
+    """Run the jobs without a row under ``out``, a path or URL, and those that failed.
 
-    InputError for settings that are wrong, before anything is run, and while another driver works there; StorageError
-    where rows cannot be kept any more.
+    InputError for wrong settings, before any run, and while another driver works there; StorageError if rows cannot be
+    written.
     """
     folder = Folder(out)
     with console.waiting("checking the settings"):
@@ -89,7 +89,7 @@ def _run_in(folder: Folder, plan: Plan, options: ExecutionOptions, console: Term
 
 @contextmanager
 def _progress(console: Terminal, name: str, total: int) -> Iterator[Callable[[int, int], None]]:
-    """Progress bar; the function that it gives shows how many runs are over, and how many of them have no result."""
+    """Show a progress bar; yield the function that shows how many runs are finished, and how many have no result."""
     columns = "{task.completed}/{task.total} runs", "{task.fields[failed]} failed", "{task.fields[rate]}"
     began = perf_counter()
     with console.progress(*columns) as bar:
@@ -112,7 +112,7 @@ def _executor(plan: Plan, folder: Folder, options: ExecutionOptions, todo: int) 
 
 
 def _absolute_config(plan: Plan) -> dict[str, object]:
-    """Configuration with absolute paths, and with seeds as ``first:end`` where they are a range."""
+    """Return the configuration with absolute paths, and with seeds as ``first:end`` if they are a range."""
     scenarios = [input_.source for input_ in plan.inputs if input_.kind == "scenario"]
     logs = [input_.source for input_ in plan.inputs if input_.kind == "log"]
     seeds = plan.config.seeds

@@ -22,15 +22,15 @@ class SweepInput:
     scenario: str
     """Source of its settings: the scenario itself; for a log ``replay``."""
     digest: str
-    """Hash of all that it is made of: other content, other jobs."""
+    """Hash of the whole content; it changes the ids of the jobs."""
     slam: dict[str, Any]
     """Its own section ``slam``."""
     files: tuple[Path, ...] = ()
-    """Files that it is made of, without those that come with hopslam."""
+    """Its files, without those shipped with hopslam."""
 
     @classmethod
     def from_scenario(cls, name: str, beside: Path = Path()) -> Self:
-        """Find a shipped scenario or a file, relative to ``beside``; ScenarioError where there is none."""
+        """Find a shipped scenario or a file, relative to ``beside``; ScenarioError if there is none."""
         path = find_scenario(name, beside)
         source = ScenarioSource(path)
         given = path.stem if path.parent == SHIPPED else str(path.resolve())
@@ -39,7 +39,7 @@ class SweepInput:
 
     @classmethod
     def from_log(cls, name: str, beside: Path = Path()) -> Self:
-        """Read a recorded log; InputError where it cannot be read."""
+        """Read a recorded log; InputError if it cannot be read."""
         path, source = beside / name, ScenarioSource(find_scenario("replay"))
         try:
             with path.open("rb") as file:
@@ -51,11 +51,11 @@ class SweepInput:
 
     @property
     def mode(self) -> str:
-        """Mode that its own section ``slam`` has."""
+        """Mode in its own section ``slam``."""
         return str(self.slam.get("mode", "hopslam"))
 
     def mode_settings(self, mode: str) -> list[str]:
-        """Settings that put it into this mode: none where it is of it already."""
+        """Return the settings that change it to this mode; empty if it has this mode."""
         if mode == self.mode:
             return []
         section = {"mode": mode} | (_paper_slam(self.kind) if mode == "paper" else {})
@@ -70,7 +70,7 @@ def _slam_of(source: ScenarioSource) -> dict[str, Any]:
 
 
 def _paper_slam(kind: str) -> dict[str, Any]:
-    """Section ``slam`` of the shipped scenario that has chosen what the paper leaves open."""
+    """Return section ``slam`` of the shipped scenario for paper mode, with values that the paper does not give."""
     return _slam_of(ScenarioSource(find_scenario("paper_corridor" if kind == "scenario" else "paper_replay")))
 
 

@@ -1,1 +1,1 @@
-"""Topics of ROS 2, and what carries them: DDS for ROS itself, WebSockets for Foxglove."""
+"""Topics of ROS 2, and their transports: DDS for ROS itself, WebSockets for Foxglove."""

@@ -1,4 +1,4 @@
-"""Topics of DDS whose messages are bytes: CDR goes through as it is."""
+"""Topics of DDS whose messages are bytes: CDR passes unchanged."""
 
 import ctypes
 from collections.abc import Iterator
@@ -10,11 +10,11 @@ from slam.files.ros.messages import ros2_types
 from slam.named_code import import_optional
 
 EXTRA: Final = "ros"
-"""The extra of this project that brings Cyclone DDS."""
+"""The extra of this project that installs Cyclone DDS."""
 _OPERATIONS: Final = 14
-"""Functions in the table of what Cyclone DDS can do with a type, ``struct ddsi_sertype_ops`` ..."""
+"""Number of functions in Cyclone DDS's table of a type, ``struct ddsi_sertype_ops``."""
 _DESCRIPTIONS: Final = slice(8, 11)
-"""... and those of them that return its identifier, its map and its information."""
+"""Functions among them that return its identifier, its map and its information."""
 
 _Operations = ctypes.c_void_p * _OPERATIONS
 _OperationsPointer = ctypes.POINTER(_Operations)
@@ -23,7 +23,7 @@ _OperationsPointer = ctypes.POINTER(_Operations)
 def open_dds_topic(participant: Any, name: str, message_type: str) -> Any:
     """Return a topic of DDS for messages of a type such as ``sensor_msgs/msg/LaserScan``.
 
-    A sample of it is made of the bytes of a message, and has them as ``data``. Names:
+    A sample of it is made of the bytes of a message, its ``data``. Names:
     https://design.ros2.org/articles/topic_and_service_names.html.
     """
     return import_optional("cyclonedds.topic", EXTRA).Topic(participant, f"rt{name}", _struct(message_type))
@@ -31,7 +31,7 @@ def open_dds_topic(participant: Any, name: str, message_type: str) -> Any:
 
 @cache
 def _struct(message_type: str) -> Any:
-    """Return the type of DDS with the fields of this message, whose values are written and read as bytes in CDR."""
+    """Return the DDS type of this message, whose values are read and written as bytes in CDR."""
     package, _, short = message_type.split("/")
     fields = {name: _field(kind) for name, kind in ros2_types().fielddefs[message_type][1]}
     declare = import_optional("cyclonedds.idl", EXTRA).make_idl_struct
@@ -61,7 +61,7 @@ def _field(kind: Any) -> Any:
 
 @contextmanager
 def without_description(topic: Any) -> Iterator[None]:
-    """Let other programs go by the name of the topic's type alone, where a reader or writer is made in the block.
+    """Let other programs match readers and writers made in the block by the name of the type alone.
 
     Told its description too, Fast DDS 3 takes two topics for ones of different types unless both descriptions are the
     same, bit by bit, and those of Cyclone DDS and Fast DDS are not where there is a sequence or an array: one of them
@@ -82,7 +82,7 @@ def without_description(topic: Any) -> Iterator[None]:
 
 @cache
 def _without_description(table: int) -> Any:
-    """Return a pointer to a copy of the table at this address; kept, for topics go on using it."""
+    """Return a pointer to a copy of the table at this address; it is kept, as topics continue to use it."""
     operations = _Operations(*_Operations.from_address(table))
     operations[_DESCRIPTIONS] = [None] * 3
     return ctypes.pointer(operations)

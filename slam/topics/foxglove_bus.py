@@ -15,22 +15,22 @@ from slam.topics.names import PUBLISHED
 from slam.topics.topic import Bus, Topic
 
 EXTRA: Final = "live"
-"""The extra of this project that brings foxglove-sdk."""
+"""The extra of this project that installs foxglove-sdk."""
 PORT: Final = 8765
-"""Port at which the app looks by itself."""
+"""Default port of the app."""
 _BACKLOG: Final = 256
-"""Messages that may wait for a slow client; the oldest is dropped then."""
+"""Messages that may wait for a slow client; then the oldest is dropped."""
 
 
 class FoxgloveBus:
     """Serves the topics to every Foxglove app that connects, with the types of ROS 2 and in CDR.
 
-    What an app publishes is taken as CDR or JSON. No client can make the publisher wait. One that comes late gets the
-    last message of each latched topic, as all others then do once more.
+    Messages from an app may be CDR or JSON. No client can delay the publisher. A client that connects late gets the
+    last message of each latched topic, which all others then get again.
     """
 
     def __init__(self, host: str = "127.0.0.1", port: int = PORT) -> None:
-        """A server that does not serve yet; with port 0 it takes any. InputError without foxglove-sdk."""
+        """Make a server that is not started yet; port 0 means any. InputError without foxglove-sdk."""
         self._sdk, self._host, self._port = import_optional("foxglove", EXTRA), host, port
         self._server: Any = None
         self._context, self._encoder = self._sdk.Context(), Encoder()
@@ -38,13 +38,13 @@ class FoxgloveBus:
         self._latched, self._heard = Latched(), ClientMessages()
 
     def __enter__(self) -> Self:
-        """Begin to serve; InputError where the port is taken.
+        """Start the server; InputError if the port is taken.
 
-        Channels are there before the server: an app that subscribes to one in the very moment of its making is refused.
+        Channels exist before the server: a subscription to one while it is being made would be refused.
         """
         for topic in PUBLISHED:
             self._open(topic)
-        logging.getLogger("foxglove").setLevel(logging.CRITICAL)  # else each wrong message of a client is a line
+        logging.getLogger("foxglove").setLevel(logging.CRITICAL)  # otherwise each wrong message of a client is a line
         try:
             self._server = self._sdk.start_server(
                 name="hopslam", host=self._host, port=self._port, context=self._context,
@@ -63,7 +63,7 @@ class FoxgloveBus:
 
     @property
     def address(self) -> str:
-        """Address to give to the app."""
+        """Address for the app."""
         host = f"[{self._host}]" if ":" in self._host else self._host
         return f"ws://{host}:{self._server.port}"
 
@@ -94,17 +94,17 @@ class Latched:
         self._send: dict[str, Callable[[], None]] = {}
 
     def keep(self, topic: str, send: Callable[[], None]) -> None:
-        """Keep what sends the message that is now the last."""
+        """Keep the function that sends the latest message."""
         self._send[topic] = send
 
     def repeat(self, topic: str) -> None:
-        """Send the last message of this topic; nothing where it is not latched, or had none."""
+        """Send the last message of this topic again, if it is latched and has one."""
         if (send := self._send.get(topic)) is not None:
             send()
 
 
 class ClientMessages:
-    """Hands what clients publish to those who hear it."""
+    """Passes messages of clients to the listeners of their topics."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -112,11 +112,11 @@ class ClientMessages:
         self._channels: dict[tuple[int, int], tuple[str, str, str]] = {}
 
     def add(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
-        """Let this hear the topic; one name may be heard with several types."""
+        """Add a listener for the topic; one name may have listeners with several types."""
         self._topics.append((topic, heard))
 
     def open(self, client: int, channel: int, advertised: tuple[str, str, str]) -> None:
-        """Note the topic, encoding and type of a client's channel."""
+        """Record the topic, encoding and type of a client's channel."""
         with self._lock:
             self._channels[client, channel] = advertised
 
@@ -126,7 +126,7 @@ class ClientMessages:
             self._channels.pop((client, channel), None)
 
     def take(self, client: int, channel: int, data: bytes) -> None:
-        """Hand on a message; one of a type that nobody hears is passed over, one that is garbage handed on as it is."""
+        """Pass on a message; one without a listener is ignored, a garbled one is passed on unchanged."""
         with self._lock:
             name, encoding, kind = self._channels.get((client, channel), ("", "", ""))
         for topic, heard in self._topics:

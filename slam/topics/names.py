@@ -1,7 +1,7 @@
-"""Topics that a robot of this project publishes and hears, by the names and types that ROS gives them.
+"""Topics that a robot of this project publishes and subscribes to, with the names and types of ROS.
 
-All are offered as reliable: who asks for best effort, as most readers of sensor data do, gets that, and who asks for
-reliable gets every message. What is heard asks for best effort, which every sender offers.
+All are offered as reliable: a reader that requests best effort, as most readers of sensor data do, gets that, and one
+that requests reliable gets every message. Subscriptions request best effort, which every sender offers.
 """
 
 from typing import Final

@@ -1,4 +1,4 @@
-"""The bus that the nodes of ROS 2 are on, by the rclpy of an installed ROS: whatever middleware that one has."""
+"""A bus to the nodes of ROS 2 through the rclpy of an installed ROS, with its middleware."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _NEEDED: Final = (
     "visualization_msgs",
 )
 _SENT, _HEARD = 100, 1000
-"""Messages that wait for a slow reader, and for this program."""
+"""Messages that may wait for a slow reader, and for this program."""
 
 
 def has_ros() -> bool:
-    """Tell whether a ROS 2 is sourced whose Python is this one, with all the messages that hopslam has."""
+    """Return True if a ROS 2 for this Python is sourced, with all the messages that hopslam needs."""
     return all(find_spec(package) is not None for package in _NEEDED)
 
 
 class RclpyBus:
-    """Topics by nodes named hopslam, with domain and reach as in RosNetwork; what is published comes back, too."""
+    """Topics of nodes named hopslam, with domain and range as in RosNetwork; own messages come back too."""
 
     def __init__(self) -> None:
         self._nodes: list[_Node] = []
@@ -39,7 +39,7 @@ class RclpyBus:
         self._open = ExitStack()
 
     def __enter__(self) -> Self:
-        os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")  # where it is not set, ROS takes SUBNET
+        os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")  # the default of ROS is SUBNET
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -49,17 +49,17 @@ class RclpyBus:
         self._publishers.clear()
 
     def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
-        """Send a message to all who listen, and keep that of a latched topic for all who will."""
+        """Send a message to all listeners; a latched topic keeps it for later ones."""
         if topic not in self._publishers:
             self._publishers[topic] = self._node_for(topic).publisher(topic)
         self._publishers[topic].publish(message)
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
-        """Call ``heard``, in a thread of a node, with each message that another program sends."""
+        """Call ``heard``, in a thread of a node, with each message of another program."""
         self._node_for(topic).subscribe(topic, heard)
 
     def _node_for(self, topic: Topic) -> _Node:
-        """Return a node that has the topic by no other type: within one, Fast DDS allows a single type for a name."""
+        """Return a node that has the topic with no other type: within a node, Fast DDS allows one type per name."""
         for node in self._nodes:
             if node.types.setdefault(topic.name, topic.type) == topic.type:
                 return node
@@ -70,7 +70,7 @@ class RclpyBus:
 
 
 class _Node:
-    """A node of its own context, with a thread that takes its messages."""
+    """A node with its own context, and a thread that takes its messages."""
 
     def __init__(self) -> None:
         self.types: dict[str, str] = {}
@@ -94,7 +94,7 @@ class _Node:
         self._context.try_shutdown()
 
     def publisher(self, topic: Topic) -> Any:
-        """Return what publishes bytes on the topic."""
+        """Return a publisher of bytes on the topic."""
         return self._node.create_publisher(_message(topic), topic.name, self._quality(topic, _SENT))
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:

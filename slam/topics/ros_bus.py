@@ -1,4 +1,4 @@
-"""The bus that the nodes of ROS 2 are on: DDS, by Cyclone DDS."""
+"""A bus to the nodes of ROS 2 through Cyclone DDS."""
 
 import logging
 import threading
@@ -16,28 +16,28 @@ from slam.topics.topic import Bus, Topic
 
 _LOG: Final = logging.getLogger("hopslam.ros")
 _SENT: Final = 100
-"""Messages of a topic that wait for a slow reader; of a latched one it is the last ..."""
+"""Messages of a topic that may wait for a slow reader; of a latched one, only the last."""
 _HEARD: Final = 1000
-"""... and those that wait for this program, whose listeners stand still while something is compiled."""
+"""Messages that may wait for this program, whose listeners pause during compilation."""
 _AT_ONCE: Final = 64
 """Messages that are taken at once."""
 _FOREVER: Final = 2**63 - 1
-"""Nanoseconds that mean no end to DDS."""
+"""Nanoseconds that DDS takes as infinite."""
 
 
 def open_ros_bus() -> Bus:
-    """Return a bus to the nodes of ROS 2 that the environment names; enter it to use it.
+    """Return a bus to the ROS 2 nodes in the environment's domain; enter it to use it.
 
-    It is rclpy's where a ROS is sourced that this Python can import, and else one of this module. InputError where
-    Cyclone DDS is not installed, or the environment says what cannot be.
+    It uses rclpy if a ROS is sourced that this Python can import, and otherwise Cyclone DDS. InputError if Cyclone DDS
+    is not installed, or for invalid environment variables.
     """
     return RclpyBus() if has_ros() else RosBus(RosNetwork.from_environment())
 
 
 class RosBus:
-    """Topics of ROS 2, by DDS. What this process publishes does not come back to it.
+    """Topics of ROS 2, by DDS. Messages of this process do not come back to it.
 
-    Where nobody takes messages, the oldest are dropped.
+    If nobody takes messages, the oldest are dropped.
     """
 
     def __init__(self, network: RosNetwork) -> None:
@@ -50,7 +50,7 @@ class RosBus:
         self._listeners: list[threading.Thread] = []
 
     def __enter__(self) -> Self:
-        """Join the domain; InputError where that cannot be."""
+        """Join the domain; InputError if that fails."""
         domain = import_optional("cyclonedds.domain", EXTRA)
         try:
             _open_domain(self._network)
@@ -61,7 +61,7 @@ class RosBus:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Leave the domain. Listeners hear no more once it is left."""
+        """Leave the domain, and stop all listeners."""
         self._over.set(True)
         for listener in self._listeners:
             listener.join()
@@ -70,9 +70,9 @@ class RosBus:
         self._over = self._participant = None
 
     def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
-        """Send a message to all who listen, and keep that of a latched topic for all who will.
+        """Send a message to all listeners; a latched topic keeps it for later ones.
 
-        It is dropped where it would have to wait for a reader.
+        It is dropped if it would have to wait for a reader.
         """
         if topic not in self._writers:
             self._writers[topic] = self._open("pub", "DataWriter", topic, 1 if topic.latched else _SENT)
@@ -83,21 +83,21 @@ class RosBus:
             _LOG.debug("%s: a message of %d bytes is dropped: %s", topic.name, len(message), error)
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
-        """Call ``heard``, in a thread of its own, with each message that another program sends."""
+        """Call ``heard``, in a separate thread, with each message of another program."""
         reader = self._open("sub", "DataReader", topic, _HEARD)
         listener = threading.Thread(target=self._listen, args=(reader, heard), name=f"ROS {topic.name}", daemon=True)
         self._listeners.append(listener)
         listener.start()
 
     def _open(self, module: str, kind: str, topic: Topic, depth: int) -> Any:
-        """Return the reader or writer of a topic, for which so many messages wait."""
+        """Return the reader or writer of a topic, with a queue of this length."""
         dds_topic = open_dds_topic(self._participant, topic.name, topic.type)
         make = getattr(import_optional(f"cyclonedds.{module}", EXTRA), kind)
         with without_description(dds_topic):
             return make(self._participant, dds_topic, self._quality(topic, depth))
 
     def _quality(self, topic: Topic, depth: int) -> Any:
-        """Return the quality of service of the topic. Who writes never waits: see ``max_blocking_time``."""
+        """Return the quality of service of the topic. A writer never waits: see ``max_blocking_time``."""
         policy = self._dds.Policy
         return self._dds.Qos(
             policy.Reliability.Reliable(max_blocking_time=0) if topic.reliable else policy.Reliability.BestEffort,
@@ -123,7 +123,7 @@ class RosBus:
 
 @cache
 def _open_domain(network: RosNetwork) -> Any:
-    """Return the domain of DDS, which is there until the process ends: all its buses are in the same."""
+    """Return the domain of DDS, which exists until the process ends: all its buses share it."""
     return import_optional("cyclonedds.domain", EXTRA).Domain(network.domain, network.cyclone_config)
 
 

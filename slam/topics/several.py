@@ -8,7 +8,7 @@ from slam.topics.topic import Bus, Topic
 
 
 class SeveralBuses:
-    """Sends each message on all of these buses, and hears what comes on any; none at all is allowed."""
+    """Sends each message on all of these buses, which may be none, and receives from all of them."""
 
     def __init__(self, buses: Sequence[Bus]) -> None:
         self._buses, self._open = tuple(buses), ExitStack()
@@ -29,7 +29,7 @@ class SeveralBuses:
             bus.publish(topic, stamp, message)
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
-        """Hear what comes on any bus; ``heard`` may be called in several threads at once."""
+        """Listen on all buses; ``heard`` may be called in several threads at once."""
         for bus in self._buses:
             bus.subscribe(topic, heard)
 

@@ -1,4 +1,4 @@
-"""A topic, and the bus that carries messages."""
+"""A topic, and the Bus protocol that carries messages."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,25 +10,25 @@ class Topic:
     """Name and message type of a topic, and its quality of service."""
 
     name: str
-    """Such as ``/scan``."""
+    """Name, such as ``/scan``."""
     type: str
-    """Such as ``sensor_msgs/msg/LaserScan``."""
+    """Message type, such as ``sensor_msgs/msg/LaserScan``."""
     reliable: bool = True
-    """False for sensor data, of which a late message is worth nothing."""
+    """False for sensor data, of which a late message is useless."""
     latched: bool = False
-    """True where who comes late gets the last message, too."""
+    """True if late listeners get the last message too."""
 
 
 class Bus(Protocol):
-    """Carries messages, in CDR, to and from other programs. Leaving its block takes it down."""
+    """Carries messages, in CDR, to and from other programs. The end of its block closes it."""
 
     def __enter__(self) -> Self: ...
     def __exit__(self, *_: object) -> None: ...
 
     def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
-        """Send a message, and never wait for who reads it; ``stamp`` is its time in seconds."""
+        """Send a message without waiting for readers; ``stamp`` is its time in seconds."""
         ...
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
-        """Call ``heard``, in a thread of the bus, with each message that another program sends."""
+        """Call ``heard``, in a thread of the bus, with each message of another program."""
         ...

@@ -1,1 +1,1 @@
-"""Gain and cost of closing loops: runs with loops and without, their scores and tables."""
+"""Benefit and cost of loop closing: runs with and without it, their scores and tables."""

@@ -1,6 +1,5 @@
-"""Table of the generated building of 2 km: what loops cost and are worth on a large scale."""
+"""Table of the generated building of 2 km: benefit and cost of loop closing on a large scale."""
 
-import resource
 from time import perf_counter, process_time
 from typing import NamedTuple
 
@@ -18,6 +17,7 @@ from slam.line_slam import LineSlam
 from slam.pose import FloatArray, path_lengths, stack_poses
 from slam.run.scoring.pose_errors import InterpolatedPoses, absolute_error
 from slam.run.warm_up import warm_up
+from slam.system import peak_memory
 
 
 class BlockRun(NamedTuple):
@@ -31,22 +31,22 @@ class BlockRun(NamedTuple):
     times: FloatArray
     """Wall time of every update, (N,)."""
     front_time: float
-    """Wall time from the first scan to the last ..."""
+    """Wall time from the first scan to the last."""
     finish_time: float
-    """... and after it."""
+    """Wall time after the last scan."""
     front_cpu: float
-    """Processor time of the front end ..."""
+    """Processor time of the front end."""
     back_cpu: float
-    """... and of the back end, until the closed map is there."""
+    """Processor time of the back end, until the closed map is complete."""
     front_memory: float
-    """Most memory of the front end beyond what there was before the first scan ..."""
+    """Peak memory of the front end, minus the memory before the first scan."""
     back_memory: float
-    """... and of the back end's process."""
+    """Peak memory of the back end's process."""
     loops: LoopCounts | None
 
 
 def block_table(seed: int, config: SlamConfig, console: Terminal, scans: int = SCANS) -> ResultTable:
-    """Run the method through the building, without loops and with, each in a process of its own."""
+    """Run the method through the building, without loops and with, each in a new process."""
     rows = []
     for way, settings in (("never", without_loops(config)), ("auto", config)):
         jobs, description = [(seed, settings, scans)], f"a building of {scans} scans, loops: {way}"
@@ -70,7 +70,7 @@ def run_blocks(seed: int, config: SlamConfig, scans: int = SCANS) -> BlockRun:
     truth = log.T_map_base
     assert truth is not None
     slam, estimates, times = LineSlam(config, log.T_base_laser, log.start), [], []
-    base_memory = _peak_memory(resource.RUSAGE_SELF)
+    base_memory = peak_memory()
     began, began_cpu = perf_counter(), process_time()
     for index in range(len(log)):
         began_update = perf_counter()
@@ -86,8 +86,8 @@ def run_blocks(seed: int, config: SlamConfig, scans: int = SCANS) -> BlockRun:
     return BlockRun(
         len(log), float(path_lengths(truth)[-1]), absolute_error(log.T_odom_base, truth), absolute_error(live, truth),
         absolute_error(final, truth), np.array(times), front, finish, front_cpu,
-        0.0 if closed is None else closed.size.seconds, _peak_memory(resource.RUSAGE_SELF) - base_memory,
-        _peak_memory(resource.RUSAGE_CHILDREN), None if closed is None else count_loops(closed, known),
+        0.0 if closed is None else closed.size.seconds, peak_memory() - base_memory,
+        peak_memory(of_children=True), None if closed is None else count_loops(closed, known),
     )  # fmt: skip
 
 
@@ -104,8 +104,3 @@ def _cells(run: BlockRun) -> tuple[str, ...]:
         *milliseconds(run.times), *(f"{value:.1f}" for value in seconds), f"{run.front_memory / 1e6:.0f}",
         f"{run.back_memory / 1e6:.0f}", *counts,
     )  # fmt: skip
-
-
-def _peak_memory(whose: int) -> float:
-    """Most memory that this process ever had, or the largest of those that it waited for, bytes."""
-    return 1024.0 * resource.getrusage(whose).ru_maxrss

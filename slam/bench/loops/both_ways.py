@@ -1,4 +1,4 @@
-"""Runs of the method on one log with loops closed and without, scan by scan in turn: both meet the same load."""
+"""Runs of the method on one log with and without loop closing, scan by scan in turn under the same machine load."""
 
 from dataclasses import dataclass
 from time import process_time, thread_time
@@ -16,36 +16,36 @@ from slam.run.warm_up import warm_up
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BothWays:
-    """Result of a run; poses are ``T_map_base`` at every scan, (N, 3)."""
+    """Results with and without closed loops; poses are ``T_map_base`` at every scan, (N, 3)."""
 
     causal: FloatArray
-    """With no loop closed ..."""
+    """Poses without closed loops."""
     live: FloatArray
-    """... with loops that were closed until then ..."""
+    """Poses with the loops that had been closed by then."""
     final: FloatArray
-    """... and after the end."""
+    """Poses after the end, with all loops closed."""
     closed: ClosedRun
     causal_times: FloatArray
-    """Processor time of every update without loops, seconds, (N,) ..."""
+    """Processor time of every update without loops, seconds, (N,)."""
     live_times: FloatArray
-    """... and with them, what other threads do for them left out."""
+    """Processor time of every update with loops, seconds, (N,), without that of other threads."""
     live_total: float
-    """Processor time of all updates with loops, of the search beside them too ..."""
+    """Processor time of all updates with loops, including the search on other threads."""
     finish_time: float
-    """... and after the last scan."""
+    """Processor time after the last scan."""
     causal_walls: FloatArray
-    """Segments of the map, (M, 2, 2) ..."""
+    """Segments of the map without closed loops, (M, 2, 2)."""
     final_walls: FloatArray
-    """... and of the closed one."""
+    """Segments of the closed map, (M, 2, 2)."""
 
 
 def without_loops(config: SlamConfig) -> SlamConfig:
-    """The same settings, but that loops are left open."""
+    """Return the same settings with ``loops: never``."""
     return config.model_copy(update={"loops": "never"})
 
 
 def local_poses(estimates: list[Estimate]) -> FloatArray:
-    """``T_local_base`` (N, 3): the poses of odometry and matching, which no closed loop moves."""
+    """Return ``T_local_base`` (N, 3): poses by odometry and matching, which closed loops do not change."""
     return stack_poses(estimate.T_map_local.inverse() @ estimate.T_map_base for estimate in estimates)
 
 

@@ -1,4 +1,4 @@
-"""A log run with loops and without, and all that is told of it."""
+"""Run a log with loops and without, and score both."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -26,22 +26,22 @@ from slam.run.scoring.pose_errors import (
 )
 
 RANGE_NOISE: Final = 0.002
-"""Metres of white noise by which one log becomes many."""
+"""Standard deviation, metres, of the noise on the ranges that makes many logs from one."""
 
 
 class TrajectoryScore(NamedTuple):
     """Scores of one trajectory; nan where there is nothing to compare with."""
 
     relations: float
-    """Mean error of the relations, metres ..."""
+    """Mean error of the relations, metres."""
     centre: float
-    """... and of the robot's centre ..."""
+    """Mean error of the relations for the robot's centre, metres."""
     ate: float
-    """... against the reference."""
+    """Absolute trajectory error against the reference, metres."""
     gap: LoopGap | None
     """Gap between the end of the log and its start."""
     crisp: float
-    """Occupied cells for every 1000 points."""
+    """Occupied cells per 1000 points."""
 
 
 class LogResult(NamedTuple):
@@ -53,13 +53,13 @@ class LogResult(NamedTuple):
     live: TrajectoryScore
     final: TrajectoryScore
     causal_off_axes: float
-    """Root mean square of the directions of the long walls about the building's axes, radians ..."""
+    """RMS angle of the long walls from the building's main axes, radians, without closed loops."""
     final_off_axes: float
-    """... and in the closed map."""
+    """The same angle in the closed map, radians."""
     loops: LoopCounts | None
-    """None without a reference ..."""
+    """Counts of the loops; None without a reference."""
     places: PlaceHits | None
-    """... and places from walls alone too."""
+    """Ranks of the places that walls alone propose; None without a reference."""
     causal_times: FloatArray
     live_times: FloatArray
     live_total: float
@@ -93,7 +93,7 @@ def run_log_both_ways(path: Path, config: SlamConfig, seed: int = 0) -> LogResul
 
 
 def reference_at_scans(path: Path, log: Log, found: BothWays) -> InterpolatedPoses | None:
-    """The reference at every scan, carried between its poses by what the matcher found; None where there is none."""
+    """Return the reference at every scan, interpolated by the matched motion; None without a reference."""
     reference = _beside(path, "gt.tum")
     if not reference.is_file():
         return None
@@ -101,7 +101,7 @@ def reference_at_scans(path: Path, log: Log, found: BothWays) -> InterpolatedPos
 
 
 def score_trajectory(path: Path, log: Log, poses: FloatArray) -> TrajectoryScore:
-    """Score the poses (N, 3) at the scans of a log by what lies beside it, and by what its scans draw there."""
+    """Score the poses (N, 3) at the scans of a log by its reference files, and by the map that its scans draw there."""
     relations, centre, ate = (float("nan"),) * 3
     if (known := _beside(path, "relations.gz")).is_file():
         rows = read_relations(known)

@@ -1,4 +1,4 @@
-"""Tables of logs run with loops and without: errors, the loops themselves, what they cost."""
+"""Tables of logs run with and without loop closing: errors, loops, costs."""
 
 from collections.abc import Sequence
 from math import isnan
@@ -18,7 +18,7 @@ from slam.console.terminal import Terminal
 
 TABLE_LOGS: Final = ("fr079", "fr101", "belgioioso", "corridor_synthetic", "aces", "duke_loop5")
 NOISY_LOGS: Final = ("aces",)
-"""Logs of which one run says little: they are run again with noise on the ranges."""
+"""Logs for which one run is not significant: they are run again with noise on the ranges."""
 
 
 class Published(NamedTuple):
@@ -38,7 +38,7 @@ def log_tables(
 ) -> list[ResultTable]:
     """Run the logs of these names in the folder with loops and without; without names, those of the project's table.
 
-    NOISY_LOGS run also with so many seeds of noise. Logs that are not there are skipped.
+    NOISY_LOGS also run with ``seeds`` seeds of noise. Missing logs are skipped.
     """
     paths = []
     for name in names or TABLE_LOGS:
@@ -58,17 +58,17 @@ def log_tables(
 
 
 def cell(value: float, digits: int = 4) -> str:
-    """A number as text; nothing where it is not known."""
+    """Format a number; nan becomes an empty text."""
     return "" if isnan(value) else f"{value:.{digits}f}"
 
 
 def total_time(result: LogResult) -> float:
-    """Processor time of a run with loops, until its closed map is there, seconds."""
+    """Processor time of a run with loops, until its closed map is complete, seconds."""
     return result.live_total + result.finish_time
 
 
 def error_table(results: Sequence[LogResult]) -> ResultTable:
-    """Table of the errors of each log."""
+    """Make the table of the errors of each log."""
     columns = (
         "log", "measure", "loops\nnever", "live", "final", "seconds", "scan\nmatching", "particles", "graph\nmapping",
         "Carto-\ngrapher",
@@ -85,21 +85,21 @@ def error_table(results: Sequence[LogResult]) -> ResultTable:
 
 
 def _error_rows(result: LogResult) -> list[tuple[str, ...]]:
-    ways = result.causal, result.live, result.final
+    scores = result.causal, result.live, result.final
     published = [f"{value:.4f}" for value in PUBLISHED.get(result.name, ())] or [""] * 4
     rows = []
     if not isnan(result.final.relations):
-        rows.append(("relations", *(cell(way.relations) for way in ways), "", *published))
-        rows.append(("... of the centre", *(cell(way.centre) for way in ways), "", *[""] * 4))
+        rows.append(("relations", *(cell(score.relations) for score in scores), "", *published))
+        rows.append(("... of the centre", *(cell(score.centre) for score in scores), "", *[""] * 4))
     if not isnan(result.final.ate):
         shown = published if not rows else [""] * 4
-        rows.append(("ATE", *(cell(way.ate) for way in ways), "", *shown))
+        rows.append(("ATE", *(cell(score.ate) for score in scores), "", *shown))
     if result.final.gap is not None:
-        rows.append(("open, m", *(_gap(way) for way in ways), *[""] * 5))
-        rows.append(("open, deg", *(_turn(way) for way in ways), *[""] * 5))
+        rows.append(("open, m", *(_gap(score) for score in scores), *[""] * 5))
+        rows.append(("open, deg", *(_turn(score) for score in scores), *[""] * 5))
         angles = [cell(float(np.degrees(rms)), 2) for rms in (result.causal_off_axes, result.final_off_axes)]
         rows.append(("off axes, deg", angles[0], "", angles[1], *[""] * 5))
-    rows.append(("crisp", *(cell(way.crisp, 1) for way in ways), *[""] * 5))
+    rows.append(("crisp", *(cell(score.crisp, 1) for score in scores), *[""] * 5))
     rows[0] = (*rows[0][:4], f"{total_time(result):.1f}", *rows[0][5:])
     return [(result.name if k == 0 else "", *row) for k, row in enumerate(rows)]
 
@@ -113,11 +113,11 @@ def _turn(score: TrajectoryScore) -> str:
 
 
 def noise_table(results: Sequence[LogResult]) -> ResultTable:
-    """Table of the runs with noise, all of a log together."""
+    """Make the table of the runs with noise, one row for all runs of a log."""
     rows = []
     for name in dict.fromkeys(result.name for result in results):
         group = [result for result in results if result.name == name]
-        ates = np.array([[way.ate for way in (run.causal, run.live, run.final)] for run in group])
+        ates = np.array([[score.ate for score in (run.causal, run.live, run.final)] for run in group])
         for label, row in (("median", np.median(ates, axis=0)), ("worst", ates.max(axis=0))):
             rows.append((f"{name}, {label} of {len(group)}", *map(cell, row)))
     columns = ("log", "loops never\nATE, m", "live\nATE, m", "final\nATE, m")
@@ -125,7 +125,7 @@ def noise_table(results: Sequence[LogResult]) -> ResultTable:
 
 
 def loop_table(results: Sequence[LogResult]) -> ResultTable:
-    """Table of the loops that were found."""
+    """Make the table of the loops that were found."""
     columns = ("log", "tried", "accepted", "judged", "wrong", "believed", "wrong,\nbelieved")
     notes = (
         "Wrong: more than 0.5 m or 6 deg off the reference, median of pairs of its scans; judged: those that the "
@@ -136,7 +136,7 @@ def loop_table(results: Sequence[LogResult]) -> ResultTable:
 
 
 def place_table(results: Sequence[LogResult]) -> ResultTable:
-    """Table of places proposed from walls alone."""
+    """Make the table of places proposed from walls alone."""
     columns = ("log", "pairs", *(f"among the\nfirst {rank}" for rank in RANKS), "ms\na pair")
     rows = [
         (
@@ -151,7 +151,7 @@ def place_table(results: Sequence[LogResult]) -> ResultTable:
 
 
 def cost_table(results: Sequence[LogResult]) -> ResultTable:
-    """Table of processor times."""
+    """Make the table of processor times."""
     columns = ("log", "scans", "never\nms", "p99", "auto\nms", "p99", "after the\nlast scan, s", "all\nratio")
     notes = (
         "Processor time of an update, both in turn on the same scans: of the thread that asks, extraction included. "

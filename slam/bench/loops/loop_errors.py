@@ -1,4 +1,4 @@
-"""Right and wrong loops: what was measured between the places of two scans, against a reference."""
+"""Correct and wrong loops: the measured motion between two scans, against a reference."""
 
 from typing import Final, NamedTuple
 
@@ -12,11 +12,11 @@ from slam.pose import FloatArray, compose_poses, inverse_poses, relative_poses
 from slam.run.scoring.pose_errors import InterpolatedPoses, PoseErrors
 
 WRONG_METRES: Final = 0.5
-"""A loop that is farther off than this ..."""
+"""A loop is wrong if its position error is above this, metres."""
 WRONG_RADIANS: Final = np.radians(6.0)
-"""... or turned more than this is wrong."""
+"""A loop is wrong if its heading error is above this, radians."""
 BELIEVED: Final = 0.5
-"""The graph believes a loop whose edges have more than this weight."""
+"""The graph accepts a loop whose edges have more than this weight."""
 PAIRS: Final = 6
 """Pairs of scans by which a loop is judged."""
 
@@ -27,15 +27,15 @@ class LoopCounts(NamedTuple):
     tried: int
     """Pairs of submaps that were compared."""
     accepted: int
-    """Loops that were found ..."""
+    """Loops that were found."""
     judged: int
-    """... those whose scans the reference covers ..."""
+    """Found loops whose scans the reference covers."""
     wrong: int
-    """... of them those that are wrong ..."""
+    """Covered loops that are wrong."""
     believed: int
-    """... loops that the graph believes ..."""
+    """Loops that the graph accepts."""
     believed_wrong: int
-    """... and of them the wrong ones."""
+    """Accepted loops that are wrong."""
 
 
 def count_loops(closed: ClosedRun, reference: InterpolatedPoses) -> LoopCounts:
@@ -49,21 +49,25 @@ def count_loops(closed: ClosedRun, reference: InterpolatedPoses) -> LoopCounts:
 
 
 def is_wrong(errors: PoseErrors) -> NDArray[np.bool_]:
-    """Mask (L,) of the loops that lie elsewhere; one that could not be judged is not among them."""
+    """Mask (L,) of the wrong loops; loops that could not be judged are not among them."""
     return np.asarray((errors.metres > WRONG_METRES) | (errors.radians > WRONG_RADIANS))
 
 
 def loop_errors(closed: ClosedRun, reference: InterpolatedPoses) -> PoseErrors:
-    """Median errors (L,) of each loop between pairs of its scans; nan where the reference covers none of them."""
+    """Return the median errors (L,) of each loop between pairs of its scans.
+
+    The error is nan if the reference covers none of them.
+    """
     rows = [_errors_of(loop, closed, reference) for loop in closed.loops]
     metres, radians = np.array(rows).reshape(-1, 2).T
     return PoseErrors(metres, radians)
 
 
 def measured_motions(loop: Loop, closed: ClosedRun) -> tuple[IntArray, IntArray, FloatArray]:
-    """Numbers of key scans of the other submap (P,) and of its own (P,), and ``T_other_own`` (P, 3) of the laser.
+    """Return key scans of the other submap (P,) and of this one (P,), and ``T_other_own`` (P, 3) of the laser.
 
-    Each scan is paired with the nearest one of the other submap, as the loop lays them; the PAIRS nearest are kept.
+    Each scan is paired with the nearest one of the other submap, as the loop places them; the PAIRS nearest pairs are
+    kept.
     """
     of = {submap.number: np.array(submap.keys, np.int64) for submap in closed.submaps}
     own, others = of[loop.submap], of[loop.other]

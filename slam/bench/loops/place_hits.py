@@ -16,28 +16,28 @@ from slam.pose import FloatArray, compose_poses, path_lengths, relative_poses, w
 from slam.run.scoring.pose_errors import InterpolatedPoses
 
 RANKS: Final = (1, 3, 6)
-"""Numbers of places among which the true one is looked for."""
+"""Numbers of first places among which the true one is searched."""
 NEAR: Final = 4.0
-"""Two submaps are compared whose middles are nearer than this, metres ..."""
+"""Two submaps are compared if their middles are nearer than this, metres."""
 APART: Final = 12.0
-"""... with more way between them than this."""
-MOST_PAIRS: Final = 200
+"""Least path length between the two submaps, metres."""
+MAX_PAIRS: Final = 200
 RIGHT_METRES, RIGHT_RADIANS = 0.6, 0.12
-"""A place nearer to the true one than this is right."""
+"""A place counts as correct if its distance from the true one is below this, metres."""
 
 
 class PlaceHits(NamedTuple):
-    """Pairs of submaps that share a place, and how often it was proposed."""
+    """Pairs of submaps at one place, and how often that place was proposed."""
 
     pairs: int
     hits: tuple[int, ...]
-    """Pairs whose true place is among so many first ones, for each of RANKS."""
+    """Pairs whose true place is among the first k proposals, for each k of RANKS."""
     seconds: float
-    """Processor time of all pairs, the walls of submaps not counted."""
+    """Processor time of all pairs, without the walls of submaps."""
 
 
 def place_hits(closed: ClosedRun, reference: InterpolatedPoses) -> PlaceHits:
-    """Propose the places of all submaps that truly lie near an earlier one; of many pairs, MOST_PAIRS drawn at random.
+    """Propose the places of all submaps near an earlier one; of many pairs, MAX_PAIRS are drawn at random.
 
     ``reference`` has the base at every scan of the run.
     """
@@ -49,7 +49,7 @@ def place_hits(closed: ClosedRun, reference: InterpolatedPoses) -> PlaceHits:
         for pair in _near_pairs(truth, path_lengths(closed.local)[middles])
         if reference.known[at[list(pair)]].all()
     ]
-    chosen = [pairs[k] for k in np.random.default_rng(0).permutation(len(pairs))[:MOST_PAIRS]]
+    chosen = [pairs[k] for k in np.random.default_rng(0).permutation(len(pairs))[:MAX_PAIRS]]
     walls = {k: _constellation(closed, closed.submaps[k]) for k in {k for pair in chosen for k in pair}}
     ranks, began = [], thread_time()
     for other, own in chosen:
@@ -60,28 +60,31 @@ def place_hits(closed: ClosedRun, reference: InterpolatedPoses) -> PlaceHits:
 
 
 def rank_of(true: FloatArray, places: FloatArray) -> int:
-    """Number of the first of the places (N, 3) that is the true one (3,); beyond all RANKS where none is."""
+    """Return the index of the first of the places (N, 3) that is the true one (3,).
+
+    If none is, the index is beyond RANKS.
+    """
     offsets = places - true
     near = np.hypot(offsets[:, 0], offsets[:, 1]) < RIGHT_METRES
     right = np.flatnonzero(near & (np.abs(wrap_angles(offsets[:, 2])) < RIGHT_RADIANS))
     return int(right[0]) if len(right) else max(RANKS)
 
 
-def _near_pairs(places: FloatArray, way: FloatArray) -> list[tuple[int, int]]:
-    """Pairs of places (N, 3), the earlier first, that are near each other with much way (N,) between."""
+def _near_pairs(places: FloatArray, distances: FloatArray) -> list[tuple[int, int]]:
+    """Return pairs of poses (N, 3), the earlier first, that are near each other with a long path (N,) between."""
     return [
         (a, b)
         for a, b in combinations(range(len(places)), 2)
-        if way[b] - way[a] >= APART and np.hypot(*(places[b] - places[a])[:2]) < NEAR
+        if distances[b] - distances[a] >= APART and np.hypot(*(places[b] - places[a])[:2]) < NEAR
     ]
 
 
 def _constellation(closed: ClosedRun, submap: Submap) -> Constellation:
-    """The walls of a submap, in the frame of its middle key scan."""
+    """Return the walls of a submap, in the frame of its middle key scan."""
     made = map_of([(closed.keys[k], closed.local[k]) for k in submap.keys], SurfelMap(closed.map.config))
     return Constellation.of_surfels(made.surfels, closed.local[_middle(submap)], made.config.cell)
 
 
 def _middle(submap: Submap) -> int:
-    """Number of the key scan in the middle of a submap."""
+    """Return the index of the key scan in the middle of a submap."""
     return submap.keys[len(submap.keys) // 2]

@@ -1,4 +1,4 @@
-"""Drives in the simulator with loops closed or not, scored against the truth."""
+"""Drives in the simulator with or without loop closing, scored against the true poses."""
 
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -28,29 +28,29 @@ from slam.scenario.schema import Scenario
 
 
 class Drive(NamedTuple):
-    """Result of a drive, errors in metres without alignment."""
+    """Result of a drive; errors in metres without alignment."""
 
     ending: Ending
     scans: int
     odometry_ate: float
     ate: float
-    """Error of the poses as they were then ..."""
+    """Error of the poses as estimated at their scans."""
     final_ate: float
-    """... and at the end; the same where no loop is closed."""
+    """Error of the poses after the end; equal to ``ate`` if no loop is closed."""
     worst: float
-    """Farthest off then ..."""
+    """Largest error of the poses as estimated at their scans."""
     final_worst: float
-    """... and in the end."""
+    """Largest error of the poses after the end."""
     walls: WallScore
-    """Score of the map at the end of the drive; of the closed one where loops are closed."""
+    """Score of the map at the end of the drive, after loop closing if that is on."""
     times: FloatArray
     """Processor time of every update of the front end, seconds, (N,)."""
     finish_time: float
     """Wall time from the last scan to the closed map, seconds."""
     sizes: tuple[GraphSize, ...]
-    """At every scan; none where no loop is closed."""
+    """Size of the graph at every scan; empty without loop closing."""
     loops: LoopCounts | None
-    """None where no loop is closed."""
+    """Counts of the loops; None without loop closing."""
 
 
 class _MeasuredSlam(LineSlam):
@@ -87,7 +87,7 @@ class _Recorder:
 
 
 def drive(name: str, seed: int, settings: tuple[str, ...], hour: bool = False) -> Drive:
-    """Drive the scenario with this seed; with ``hour`` around its route for an hour."""
+    """Drive the scenario with this seed; with ``hour``, drive around its route for one simulated hour."""
     scenario = load_scenario(name, [CASTER, *settings, f"seed={seed}"])
     if hour:
         laps = scenario.route.model_copy(update={"waypoints": 100 * scenario.route.waypoints})

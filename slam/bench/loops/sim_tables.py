@@ -1,4 +1,4 @@
-"""Tables of drives in the simulator with loops and without, and of an hour around one."""
+"""Tables of drives in the simulator with and without loop closing, and of one hour around a loop."""
 
 from itertools import product
 from typing import Final
@@ -19,11 +19,11 @@ WAYS: Final = {"never": "slam.loops=never", "auto": "slam.loops=auto"}
 HOUR_SCENARIO: Final = "office_loop"
 MINUTES: Final = 60
 PART: Final = 5
-"""Minutes of a row."""
+"""Minutes per row."""
 
 
 def sim_tables(seeds: int, settings: tuple[str, ...], console: Terminal) -> list[ResultTable]:
-    """Drive around both loops with so many seeds each, without closing them and with."""
+    """Drive around both loops with ``seeds`` seeds each, with and without loop closing."""
     jobs = [(name, first + k, way) for (name, first), k, way in product(FIRST_SEEDS.items(), range(seeds), WAYS)]
     arguments = [(name, seed, (*settings, WAYS[way])) for name, seed, way in jobs]
     found = dict(zip(jobs, run_in_workers(drive, arguments, "driving around loops", console), strict=True))
@@ -31,12 +31,12 @@ def sim_tables(seeds: int, settings: tuple[str, ...], console: Terminal) -> list
 
 
 def hour_tables(settings: tuple[str, ...]) -> list[ResultTable]:
-    """Drive around for an hour, and tell every five minutes what a scan costs and how large the graph is."""
+    """Drive around for an hour, and tabulate every five minutes the cost of a scan and the size of the graph."""
     return [hour_table(drive(HOUR_SCENARIO, 0, (*settings, WAYS["auto"]), hour=True))]
 
 
 def hour_table(run: Drive) -> ResultTable:
-    """Table of the cost of a scan and of the size of the graph over the hour."""
+    """Make the table of the cost of a scan and of the size of the graph over the hour."""
     columns = ("minutes", "ms", "p99", "most, ms", "back end\ns", "key scans", "submaps", "edges", "loops", "MB")
     rows, searched = [], 0.0
     ends = [run.scans * minutes // MINUTES for minutes in range(PART, MINUTES + 1, PART)]

@@ -1,4 +1,4 @@
-"""Table of logs made harder, with loops and without."""
+"""Table of harder variants of logs, with and without loop closing."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,7 +20,7 @@ STRESSED: Final = ("fr079",)
 
 
 class StressErrors(NamedTuple):
-    """Errors of a run, metres: relations for a log that has some, else ATE."""
+    """Errors of a run, metres: mean of the relations if the log has them, else ATE."""
 
     causal: float
     live: float
@@ -30,7 +30,7 @@ class StressErrors(NamedTuple):
 def stress_table(
     names: Sequence[str], folder: Path, variants: Sequence[str], seeds: int, config: SlamConfig, console: Terminal
 ) -> list[ResultTable]:
-    """Run each variant of each log with so many seeds; without names and variants, those of fr079."""
+    """Run each variant of each log with ``seeds`` seeds; without names and variants, those of fr079."""
     cases = stress_cases(names or STRESSED, folder, variants, console)
     jobs = [(case, seed, config) for case in cases for seed in range(1, 1 + seeds)]
     runs = run_in_workers(run_stressed_both_ways, jobs, "logs made harder", console)
@@ -39,7 +39,7 @@ def stress_table(
 
 
 def run_stressed_both_ways(case: StressCase, seed: int, config: SlamConfig) -> StressErrors:
-    """Make the log harder, run the method on it with loops and without, and score both."""
+    """Apply the variant to the log, run the method with loops and without, and score both."""
     log = log_of_case(case)
     harder = made_harder(log, with_chance(case.variant), seed)
     found = run_both_ways(harder, config)

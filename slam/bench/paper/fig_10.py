@@ -16,22 +16,22 @@ KAPPA: Final = 3.0
 
 
 def force(distance: float) -> float:
-    """The force along e_n at a signed distance lambda, metres: eq. (24), for a point beside the segment."""
+    """Return the force along e_n at a signed distance lambda, metres: eq. (24), for a point beside the segment."""
     return float(GAMMA_F * distance / (abs(distance) ** KAPPA + EPSILON))
 
 
 def peak() -> float:
-    """The distance, metres, at which the force is largest: where the derivative of eq. (24) is zero."""
+    """Return the distance, metres, at which the force is largest: where the derivative of eq. (24) is zero."""
     return float((EPSILON / (KAPPA - 1.0)) ** (1.0 / KAPPA))
 
 
 def half_width() -> float:
-    """The distance beyond the peak, metres, at which the force has fallen to half of its largest."""
+    """Return the distance beyond the peak, metres, at which the force has fallen to half of its maximum."""
     return float(brentq(lambda distance: force(distance) - 0.5 * force(peak()), peak(), 1.0))
 
 
 def draw(path: Path) -> None:
-    """The figure."""
+    """Draw the figure."""
     distances = np.linspace(-0.4, 0.4, 2001)
     figure = Figure(figsize=(7, 4.5), dpi=110, layout="constrained")
     axes = figure.add_subplot()

@@ -26,17 +26,17 @@ SCENARIO: Final = "paper_corridor"
 PAPER_SECONDS: Final = 1453.2
 PAPER_MATCHING_SECONDS: Final = 1302.0
 PAPER_SHARE: Final = PAPER_MATCHING_SECONDS / PAPER_SECONDS
-"""0.896, which the paper rounds down to 89 %."""
+"""The paper's share, 0.896, which it rounds down to 89 %."""
 KERNELS: Final = {"svd_full": "full U of eq. (7)", "svd": "singular values only", "prefix_sums": "prefix sums"}
-"""Names of the ways to test sigma_3, by ``lines.kernel``: they find the same segments, so one run serves all three."""
+"""Tests of sigma_3, by ``lines.kernel``: they find the same segments, so one run serves all three."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fig21:
-    """Seconds on the wall clock that the method took for one run."""
+    """Wall time of the method in one run, seconds."""
 
     scans: int
-    """All scans of the run, mapped or not."""
+    """Number of all scans of the run."""
     matching: FloatArray
     """Matching and map update of every mapped scan, (K,)."""
     extraction: dict[str, FloatArray]
@@ -45,18 +45,18 @@ class Fig21:
     """Odometry alone, for the scans that were not mapped."""
 
     def total(self, kernel: str) -> float:
-        """All seconds of the run."""
+        """Total time of the run, seconds."""
         return float(self.matching.sum() + self.extraction[kernel].sum()) + self.prediction
 
     def share(self, kernel: str) -> float:
-        """Share of matching and map update in them, 0 to 1."""
+        """Share of matching and map update in the total, 0 to 1."""
         return float(self.matching.sum()) / self.total(kernel)
 
 
 class _UpdateTimes:
-    """A watcher that keeps the times of the method, and extracts the lines of every mapped scan by every kernel.
+    """Watcher that keeps the times of the method, and extracts the lines of every mapped scan by every kernel.
 
-    It does so at once, so that a machine that is busy for a while slows all of them alike.
+    It does so at once, so that other load on the machine slows all of them alike.
     """
 
     def __init__(self, lines: HoppingConfig) -> None:
@@ -92,7 +92,7 @@ def measure(duration: float | None = None) -> Fig21:
 
 
 def draw(result: Fig21, path: Path) -> None:
-    """(a) the time of every mapped scan; (b) the shares beside the paper's."""
+    """Draw (a) the time of every mapped scan and (b) the shares, compared with the paper's."""
     figure = Figure(figsize=(12, 4.5), dpi=110, layout="constrained")
     steps, shares = figure.subplots(1, 2)
     steps.semilogy(1e3 * result.matching, color=PAPER.slam, label="matching and map update")

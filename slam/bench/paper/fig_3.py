@@ -21,20 +21,20 @@ from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 
 SCENARIO: Final = "paper_simulation"
-"""Its plan has the shape of Fig. 1, for which the paper gives no coordinates."""
+"""Scenario whose plan has the shape of Fig. 1, for which the paper gives no coordinates."""
 X_K, Y_K, PHI_K = 1.0, 1.0, radians(20.0)
-"""The pose in section 2: metres, and radians from where the y axis of the sensor is that of the map."""
+"""The pose in section 2: metres, and radians from the heading in which the sensor's y axis is parallel to the map's."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fig3:
-    """The scan, and what the paper's method makes of it."""
+    """The scan, and its segments by the paper's method."""
 
     T_map_laser: Pose2D
-    """True pose of the sensor; its x axis points ahead, where the paper has the y axis: theta = phi_k + 90 deg."""
+    """True pose of the sensor; its x axis points ahead, unlike the paper's y axis: theta = phi_k + 90 deg."""
     scan: LaserScan
     segments: Segments
-    """In the sensor frame."""
+    """Segments in the sensor frame."""
     outlines: tuple[FloatArray, ...]
     """Outlines (N, 2) of the walls, map frame, metres."""
 
@@ -45,12 +45,12 @@ class Fig3:
 
     @property
     def point_errors(self) -> FloatArray:
-        """Distance of every point of the scan from the nearest wall, metres, (M,)."""
+        """Return the distance of every point of the scan from the nearest wall, metres, (M,)."""
         return self._off_walls(self.scan.points())
 
     @property
     def segment_errors(self) -> FloatArray:
-        """Distance of the middle of every segment's line from the nearest wall, metres, (S,)."""
+        """Return the distance of the middle of every segment's line from the nearest wall, metres, (S,)."""
         middles = (self.segments.start + self.segments.end) / 2.0
         off_line = np.sum(self.segments.normals * middles, axis=1) - self.segments.rho
         return self._off_walls(middles - off_line[:, None] * self.segments.normals)
@@ -78,7 +78,7 @@ def measure(noise: str = "paper", seed: int = 0) -> Fig3:
 
 
 def draw(result: Fig3, path: Path) -> None:
-    """The sensor on the plan, and the scan with its segments in the sensor's frame, looking up the page."""
+    """Draw the sensor on the plan, and the scan with its segments in the sensor frame, y up."""
     figure = Figure(figsize=(11, 5.5), dpi=110, layout="constrained")
     plan, scan = figure.subplots(1, 2)
     _draw_plan(plan, result)
@@ -102,7 +102,7 @@ def _draw_plan(axes: Axes, result: Fig3) -> None:
 
 
 def draw_segments(axes: Axes, segments: Segments, colour: str, end_colours: tuple[str, str], width: float) -> None:
-    """Draw segments as the paper does: a square where each begins, and a circle where it ends."""
+    """Draw segments as the paper does: a square at the start, and a circle at the end."""
     for start, end in zip(segments.start, segments.end, strict=True):
         axes.plot(*upright(np.array([start, end])).T, color=colour, linewidth=width)
         axes.plot(*upright(start), "s", color=end_colours[0], markerfacecolor="none", markersize=8)

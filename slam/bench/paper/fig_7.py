@@ -1,9 +1,9 @@
 """Fig. 7: over-hopping, which does not happen.
 
-sigma_3 cannot fall when a point is added, so a hop that leaps over the end of a segment and over the next one too is
-still refused where it lands, and the reverse hop finds the end.
+sigma_3 cannot fall when a point is added; so the test after a hop fails even if the hop leaps over the end of a segment
+and over the whole next one, and the reverse hop finds the end.
 
-Counted here: how often the segments with hops differ from those without, and how many values of sigma_3 they take.
+The module counts how often the segments with hops differ from those without, and how many tests of sigma_3 they need.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,24 +22,24 @@ from slam.run.pictures.figure_style import PAPER, save_figure
 PSI: Final = (0, 1, 2, 3, 5, 7, 10, 15, 25, 40)
 NOISE: Final = 0.002
 MEAN_TH: Final = 0.003
-"""Metres: for the threshold on sigma_3 / sqrt(l) that the counts are compared with."""
+"""Metres: threshold on sigma_3 / sqrt(l), for comparison."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fig7Row:
-    """One hopping factor over all trials."""
+    """Result of one hopping factor over all trials."""
 
     psi: int
     different: int
     """Trials in which the segments differ from those without hopping."""
     tests: float
-    """Tests a trial, on average."""
+    """Tests per trial, on average."""
     different_mean: int
-    """The same count for a threshold on sigma_3 / sqrt(l), which a point may lower."""
+    """The same count for a threshold on sigma_3 / sqrt(l), which an additional point may lower."""
 
 
 def step_wall(seed: int) -> FloatArray:
-    """Fig. 7's scene: a long S1, a short S2 of 4 to 11 points and a long S3; points 2 cm apart, (N, 2), metres."""
+    """Make Fig. 7's scene: a long S1, a short S2 of 4 to 11 points and a long S3; points 2 cm apart, (N, 2), metres."""
     random = np.random.default_rng(seed)
     counts = np.array([40, random.integers(4, 12), 40])
     headings = np.cumsum([0.0, *(random.uniform(0.4, 1.5, 2) * random.choice([-1.0, 1.0], 2))])
@@ -49,7 +49,7 @@ def step_wall(seed: int) -> FloatArray:
 
 
 def measure(trials: int = 200) -> Iterator[Fig7Row]:
-    """The counts, one hopping factor at a time."""
+    """Count for one hopping factor after the other."""
     walls = [step_wall(seed) for seed in range(trials)]
     plain = [hop_by_svd(wall, SIGMA_TH, 0) for wall in walls]
     plain_mean = [hop_by_svd(wall, MEAN_TH, 0, mean_sigma_3) for wall in walls]
@@ -61,7 +61,7 @@ def measure(trials: int = 200) -> Iterator[Fig7Row]:
 
 
 def mean_sigma_3(points: FloatArray) -> float:
-    """sigma_3 / sqrt(l), metres: not the paper's test."""
+    """Return sigma_3 / sqrt(l), metres, which is not the paper's test."""
     return sigma_3(points) / float(np.sqrt(len(points)))
 
 
@@ -70,7 +70,7 @@ def _differing(found: Sequence[object], plain: Sequence[object]) -> int:
 
 
 def draw(rows: Sequence[Fig7Row], path: Path, psi: int = 25) -> None:
-    """A hop over S2 on the scene and on the curve of sigma_3, and the number of tests over psi."""
+    """Draw a hop over S2 on the scene and on the curve of sigma_3, and the number of tests over psi."""
     wall = step_wall(seed=3)
     lengths = np.arange(3, len(wall) + 1)
     sigma = np.array([sigma_3(wall[:l]) for l in lengths])

@@ -34,25 +34,26 @@ NOISE: Final = 0.003
 _HOPPING: Final = {"psi": 5, "L_Th": 11}
 """psi = 5 is the paper's; L_Th is the smallest that it allows with it."""
 _NEAR: Final = 0.05
-"""A line belongs to a wall when it passes both its ends nearer than this, metres."""
+"""A line belongs to a wall if both ends of the wall are nearer to it than this, metres."""
 _CELL: Final = 0.01
-"""Side of a pixel of the picture on which the Hough transform works, metres."""
+"""Side of a pixel of the Hough transform's image, metres."""
 _ANGLES: Final = np.radians(np.arange(-90.0, 90.0, 1.0))
 _NEIGHBOURS: Final = {"min_distance": 1, "min_angle": 1}
-"""Cells within which only one of two peaks is kept. Wider suppression finds fewer doubles, and fewer true lines."""
+"""Cells within which only the larger of two peaks is kept. A larger number finds fewer duplicates, and fewer true
+lines."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HoughLines:
-    """Lines x cos(theta) + y sin(theta) = rho in the frame of the points, and the votes they were found in."""
+    """Lines x cos(theta) + y sin(theta) = rho in the frame of the points, and the accumulator they were found in."""
 
     rho: FloatArray  # (M,) metres
     theta: FloatArray  # (M,) radians
     share: float
     """Peaks have at least this share of the most votes."""
     votes: FloatArray  # (D, A)
-    peak_distances: FloatArray  # (M,) metres: where the lines are among the votes
-    distances: FloatArray  # (D,) metres from the corner of the picture
+    peak_distances: FloatArray  # (M,) metres: the lines' rho in the accumulator
+    distances: FloatArray  # (D,) metres from the corner of the image
     angles: FloatArray  # (A,) radians
 
 
@@ -64,14 +65,14 @@ class Fig8:
     hough: HoughLines
     hough_seconds: float
     lowered: HoughLines
-    """With the vote lowered until BC is found; its ``share`` says how far."""
+    """Hough lines with the threshold lowered until BC is found; ``share`` is that threshold."""
     segments: Segments
     svd_seconds: float
     prefix_sums_seconds: float
 
 
 def three_walls(seed: int = 0) -> LaserScan:
-    """The scan: beams that pass beside the walls do not come back."""
+    """Make the scan; beams that pass beside the walls have no echo."""
     lidar = URG04LX.lidar
     ranges, _ = cast_beams(np.array([wall[::-1] for wall in WALLS.values()]), Pose2D(), lidar.angles)
     ranges += np.random.default_rng(seed).normal(0.0, NOISE, lidar.beams)
@@ -112,7 +113,7 @@ def measure(repeats: int = 20) -> Fig8:
 
 
 def lines_on_walls(rho: FloatArray, theta: FloatArray) -> dict[str, int]:
-    """Numbers of these lines that lie along each wall, and along none of them ("none")."""
+    """Count the lines that lie along each wall, and along none of them ("none")."""
     normals = unit_vectors(theta)
     on = {name: (np.abs(ends @ normals.T - rho) < _NEAR).all(axis=0) for name, ends in WALLS.items()}
     none = ~np.any(list(on.values()), axis=0)
@@ -128,7 +129,7 @@ def _lowered_until_bc(points: FloatArray) -> HoughLines:
 
 
 def draw(result: Fig8, path: Path) -> None:
-    """The four panels of the paper's figure."""
+    """Draw the four panels of the paper's figure."""
     figure = Figure(figsize=(14, 7.5), dpi=110, layout="constrained")
     (scan, space), (found, ours) = figure.subplots(2, 2)
     _draw_scan(scan, result, "(a) the scan", strong=True)

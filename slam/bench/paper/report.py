@@ -14,7 +14,7 @@ from slam.named_code import import_optional
 QUICK_POINTS: Final = 380
 QUICK_TRIALS: Final = 80
 QUICK_DURATION: Final = 10.0
-"""Seconds that the robot drives along the corridor of Fig. 21; without --quick, to its end and back."""
+"""Seconds that the robot drives along the corridor of Fig. 21; without --quick, to the end and back."""
 TRIALS: Final = 200
 _REMEDY: Final = "make room, or choose another --out DIR"
 
@@ -31,8 +31,8 @@ class PaperReport:
 def reproduce(out: Path, quick: bool, console: Terminal) -> PaperReport:
     """Measure Table 2, Figs. 3, 7, 8 and 10 and the time of Fig. 21; write ``report.md`` and the pictures into ``out``.
 
-    Quick: with fewer points and trials and a shorter drive, as the report then says. InputError when ``out`` cannot be
-    written or scikit-image is missing, StorageError where the disk fails.
+    ``quick`` uses fewer points and trials and a shorter drive, and the report states that. InputError if ``out`` cannot
+    be written or scikit-image is missing, StorageError if the disk fails.
     """
     import_optional("skimage.transform", "bench")  # before minutes of work
     with require_writable(out, _REMEDY):
@@ -66,7 +66,7 @@ def reproduce(out: Path, quick: bool, console: Terminal) -> PaperReport:
 
 
 def _write(out: Path, found: dict[str, ResultTable], drawings: dict[str, Callable[[Path], None]]) -> Path:
-    """Draw the pictures, and write the report: each table, with its picture below it where it has one."""
+    """Draw the pictures, and write the report: each table, followed by its picture if it has one."""
     for name, draw in drawings.items():
         with atomic_file(out / name) as draft:
             draw(draft)

@@ -1,6 +1,6 @@
 """Table 2: time and speed-up of hopping over 2280 nearly collinear points.
 
-There are three ways to compute sigma_3, and the speed-up that eqs. (13) and (14) promise.
+It compares three ways to compute sigma_3, and the speed-up predicted by eqs. (13) and (14).
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ PAPER_SECONDS: Final = (28.36, 14.90, 10.01, 7.68, 6.08, 5.09, 5.25)
 PAPER_SPEED_UP: Final = (1.00, 1.90, 2.83, 3.68, 4.66, 5.56, 5.40)
 SIGMA_TH: Final = 25.0 / 1024
 NOISE: Final = 0.0003
-"""Metres: sigma_3 grows with the number of points, and with 0.5 mm or more 2280 of them are no one segment any more."""
+"""Noise of the points, metres: with 0.5 mm or more, sigma_3 of 2280 points exceeds the threshold for one segment."""
 KERNELS: Final[dict[str, Callable[[FloatArray, int], object]]] = {
     "full_u": lambda points, psi: hop_by_svd(points, SIGMA_TH, psi, sigma_3_full),
     "values": lambda points, psi: hop_by_svd(points, SIGMA_TH, psi),
@@ -30,33 +30,33 @@ KERNELS: Final[dict[str, Callable[[FloatArray, int], object]]] = {
 }
 ROUNDS: Final = {"full_u": 2, "values": 10, "prefix_sums": 200}
 _STEP: Final = 0.002
-"""Share of the work between two reports of progress, so that reporting costs no measured time."""
+"""Share of the work between two reports of progress; reporting is not timed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Table2Row:
-    """One hopping factor; times in seconds."""
+    """Result of one hopping factor; times in seconds."""
 
     psi: int
     tests: int
     full_u: float
-    """With the whole SVD of eq. (7), the l x l matrix U too."""
+    """Time with the whole SVD of eq. (7), including the l x l matrix U."""
     values: float
-    """With the singular values only."""
+    """Time with the singular values only."""
     prefix_sums: float
-    """With prefix sums, compiled."""
+    """Time with prefix sums, compiled."""
     predicted: float
-    """The speed-up that eqs. (13) and (14) promise."""
+    """Speed-up by eqs. (13) and (14)."""
 
 
 def wall(count: int, seed: int = 0) -> FloatArray:
-    """Make points (count, 2) along 4 m of a wall 1 m in front of the sensor, NOISE off it; metres."""
+    """Make points (count, 2) along 4 m of a wall 1 m in front of the sensor, with NOISE; metres."""
     off = np.random.default_rng(seed).normal(0.0, NOISE, count)
     return np.column_stack([1.0 + off, np.linspace(-2.0, 2.0, count)])
 
 
 def tested_lengths(points: FloatArray, sigma_Th: float, psi: int) -> list[int]:
-    """Numbers of points of which hopping computes sigma_3, test by test."""
+    """Return the numbers of points of which hopping computes sigma_3, test by test."""
     counts = []
 
     def counted(tested: FloatArray) -> float:
@@ -68,10 +68,10 @@ def tested_lengths(points: FloatArray, sigma_Th: float, psi: int) -> list[int]:
 
 
 def measure(count: int = POINTS, advance: Callable[[float], object] = lambda share: None) -> list[Table2Row]:
-    """The rows of the table.
+    """Measure the rows of the table.
 
-    Every time is the best of some rounds over all psi, so that a machine that is busy for a while slows no single row.
-    With 2280 points this takes minutes; ``advance`` is told what share of it is done.
+    Every time is the best of some rounds over all psi, so that other load does not slow a single row. With 2280 points
+    this takes minutes; ``advance`` gets the share that is done.
     """
     points = wall(count)
     times = {name: np.full(len(PSI), np.inf) for name in KERNELS}
@@ -91,7 +91,10 @@ def measure(count: int = POINTS, advance: Callable[[float], object] = lambda sha
 
 
 def _watched(points: FloatArray, advance: Callable[[float], object]) -> Callable[[FloatArray, int], object]:
-    """Return the kernel of the full U, nearly all of the work, with its progress: U of l points has l x l entries."""
+    """Return the kernel with the full U, nearly all of the work, with its progress.
+
+    U of l points has l x l entries.
+    """
     whole = ROUNDS["full_u"] * sum(l * l for psi in PSI for l in tested_lengths(points, SIGMA_TH, psi))
     untold = 0.0
 
@@ -107,7 +110,7 @@ def _watched(points: FloatArray, advance: Callable[[float], object]) -> Callable
 
 
 def hops(n: int, psi: int) -> tuple[int, int]:
-    """(h_major, h_total) of a segment of n points, eq. (14): the long hops, and all hops."""
+    """Return (h_major, h_total) of a segment of n points, eq. (14): the long hops, and all hops."""
     h_major, h_minor = divmod(n - 1, psi + 1)
     return h_major, h_major + h_minor
 
@@ -115,7 +118,8 @@ def hops(n: int, psi: int) -> tuple[int, int]:
 def predicted_speed_up(n: int, psi: int, t: Callable[[int], float] = float) -> float:
     """Eq. (13): tests of n points one by one over tests with hops of psi.
 
-    ``t`` is the time of a test of so many points, by default in proportion to them, as the values of an SVD are.
+    ``t`` is the time of a test as a function of the number of points, by default proportional to it, as for the
+    singular values.
 
     The last sum is taken as printed: it counts short hops by their number, not by the points that they test.
     """

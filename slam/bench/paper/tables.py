@@ -1,4 +1,4 @@
-"""Tables of the measurements beside the numbers that the paper printed."""
+"""Tables of the measurements, compared with the numbers in the paper."""
 
 from collections.abc import Sequence
 from math import degrees
@@ -13,7 +13,7 @@ from slam.console.result_table import ResultTable
 
 
 def table_2(rows: Sequence[Table2Row], count: int) -> ResultTable:
-    """Times and speed-ups over psi; the paper's own are of 2280 points."""
+    """Make the table of times and speed-ups over psi; the paper's own are for 2280 points."""
     first = rows[0]
     columns = (
         "psi", "tests", "full U\ns", "values\nms", "sums\nus", "full U", "values", "sums", "eq. 13", "paper\ns",
@@ -39,7 +39,7 @@ def table_2(rows: Sequence[Table2Row], count: int) -> ResultTable:
 
 
 def figure_3(result: Fig3) -> ResultTable:
-    """One scan from a known place."""
+    """Make the table of one scan from a known pose."""
     pose, scan, ranges = result.T_map_laser, result.scan, result.scan.ranges[result.scan.echoes]
     return ResultTable(
         "Fig. 3: the scan from (1 m, 1 m, 20 deg) in the map of Fig. 1",
@@ -63,7 +63,7 @@ def figure_3(result: Fig3) -> ResultTable:
 
 
 def figure_7(rows: Sequence[Fig7Row], trials: int) -> ResultTable:
-    """Scans in which hopping changes the segments."""
+    """Make the table of scans in which hopping changes the segments."""
     most, most_mean = max(row.different for row in rows), max(row.different_mean for row in rows)
     return ResultTable(
         f"Fig. 7: over-hopping, {trials} scans with a short segment between two long ones",
@@ -81,7 +81,7 @@ def _up_to(most: int, trials: int) -> str:
 
 
 def figure_8(result: Fig8) -> ResultTable:
-    """Hough and hopping on one scan."""
+    """Make the table of Hough and hopping on one scan."""
     paper_ratio = fig_8.PAPER_HOUGH_SECONDS / fig_8.PAPER_HOPPING_SECONDS
     hopping = f"{len(result.segments)} segments"
     return ResultTable(
@@ -103,7 +103,7 @@ def figure_8(result: Fig8) -> ResultTable:
 
 
 def figure_10() -> ResultTable:
-    """The force field in numbers."""
+    """Make the table of the force field."""
     peak, half = fig_10.peak(), fig_10.half_width()
     distances = (0.01, 0.05, 0.1, 0.2, 0.4)
     shares = [(f"{distance} m", f"{fig_10.force(distance) / fig_10.force(peak):.3f}") for distance in distances]
@@ -116,7 +116,7 @@ def figure_10() -> ResultTable:
 
 
 def figure_21(result: Fig21) -> ResultTable:
-    """Share of matching and map update, with each way of extracting lines."""
+    """Make the table of the share of matching and map update, for each kernel of line extraction."""
     matching, whole, other = fig_21.PAPER_MATCHING_SECONDS, fig_21.PAPER_SECONDS, result.prediction
     rows = [
         (

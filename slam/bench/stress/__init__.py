@@ -1,1 +1,1 @@
-"""Recorded logs made harder in known ways, and how the method stands them."""
+"""Harder variants of recorded logs, and the method's errors on them."""

@@ -9,30 +9,30 @@ from slam.pose import FloatArray, Pose2D, relative_poses, stack_poses
 from slam.run.scoring.pose_errors import Trajectory, poses_at
 
 BACKWARDS: Final = 0.05
-"""Metres in three steps, from which on the reference surely drives backwards."""
+"""Metres that the reference must move backwards in three steps to count as driving backwards."""
 
 
 def steps(poses: FloatArray) -> FloatArray:
-    """The steps (N - 1, 3) between these poses (N, 3)."""
+    """Return the steps (N - 1, 3) between these poses (N, 3)."""
     return relative_poses(poses[:-1], poses[1:])
 
 
 def chained(start: FloatArray, moved: FloatArray) -> FloatArray:
-    """The poses (N, 3) that these steps (N - 1, 3) make from ``start`` (3,)."""
+    """Return the poses (N, 3) that these steps (N - 1, 3) make from ``start`` (3,)."""
     motions = (Pose2D.from_array(step) for step in moved)
     return stack_poses(accumulate(motions, Pose2D.__matmul__, initial=Pose2D.from_array(start)))
 
 
 def size_of_steps(moved: FloatArray) -> FloatArray:
-    """Metres and radians together, (N,)."""
+    """Return the size of each step, metres and radians added, (N,)."""
     return np.asarray(np.hypot(moved[:, 0], moved[:, 1]) + np.abs(moved[:, 2]))
 
 
 def mended(stamps: FloatArray, odometry: FloatArray, reference: Trajectory) -> FloatArray:
-    """The odometry (N, 3) with those steps turned round where it drives forwards and the reference backwards.
+    """Return the odometry (N, 3) with the steps reversed in which it drives forwards and the reference backwards.
 
-    The wheel encoders of some robots lose the sign of a backward motion. The reference is asked over three steps, for
-    it is not smooth.
+    The wheel encoders of some robots lose the sign of a backward motion. The reference is taken over three steps, as it
+    is not smooth.
     """
     known = poses_at(stamps, *reference, np.inf).poses
     n = len(known) - 1

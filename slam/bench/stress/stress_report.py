@@ -1,4 +1,4 @@
-"""``hopslam bench slam --stress``: errors on recorded logs that were made harder in known ways."""
+"""``hopslam bench slam --stress``: errors on harder variants of recorded logs."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,32 +15,32 @@ from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 
 LOST_SIGNS: Final = ("fr079",)
-"""Logs whose wheel odometry has lost the sign of backward motions, which is another fault than those made here."""
+"""Logs whose wheel odometry has lost the sign of backward motions, a fault that no variant makes."""
 DENSE_VARIANTS: Final = (
     "", "every=5", "every=10", "every=20", "every=40", "every=5,blind=10", "every=5,stale=0.3",
     "every=20,beams=2,blind=5", "beams=2", "every=5,scale=0.02", "every=5,slips=20", "every=10,jitter=0.05",
     "every=5,coarse=0.05", "every=5,scatter=0.4",
 )  # fmt: skip
 UNMENDED_VARIANTS: Final = ("scatter=0.4", "beams=2", "every=5", "every=10,beams=2")
-"""With the lost signs left as they are."""
+"""Variant that keeps the lost signs."""
 SPARSE_VARIANTS: Final = (
     "", "every=2", "beams=2", "blind=10", "stale=0.3", "scale=0.02", "slips=20", "jitter=0.05",
     "coarse=0.05", "scatter=0.4",
 )  # fmt: skip
-"""For the other logs of the table, whose scans are a metre apart as they are."""
+"""Variants for the other logs of the table, whose scans are a metre apart."""
 TABLE_LOGS: Final = ("fr079", "fr101", "belgioioso", "aces")
 COLUMNS: Final = (
     "log", "variant", "error\nm", "worst\nm", "below\n8 cm", "odometry\nm", "scans", "lost",
     "odometry\nonly",
 )  # fmt: skip
 BELOW: Final = 0.08
-"""Metres: a run below is as good as on the log that is not made harder."""
+"""Error, metres, below which a run counts as good as on the original log."""
 
 
 def stress_tables(
     names: Sequence[str], folder: Path, variants: Sequence[str], seeds: int, config: SlamConfig, console: Terminal
 ) -> list[ResultTable]:
-    """Run each variant of each log with so many seeds; without names and variants, those of the project's table."""
+    """Run each variant of each log with ``seeds`` seeds; without names and variants, those of the project's table."""
     cases = stress_cases(names, folder, variants, console)
     jobs = [(case, seed, config) for case in cases for seed in range(1, 1 + seeds)]
     runs = run_in_workers(run_stressed, jobs, "logs made harder", console)
@@ -49,7 +49,7 @@ def stress_tables(
 
 
 def stress_cases(names: Sequence[str], folder: Path, variants: Sequence[str], console: Terminal) -> list[StressCase]:
-    """All that is asked for, where the log and something to score it with are there. InputError for a false variant."""
+    """Return the requested cases whose log and reference exist; InputError for an invalid variant."""
     for variant in variants:
         with_chance(variant)
     cases: list[StressCase] = []

@@ -1,4 +1,4 @@
-"""Runs of the method on logs made harder, and their errors."""
+"""Runs of the method on harder variants of logs, and their errors."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -23,28 +23,28 @@ from slam.run.scoring.pose_errors import (
 
 
 class StressCase(NamedTuple):
-    """A log and what is done to it."""
+    """A log and the variant that makes it harder."""
 
     log: Path
     mended: bool
-    """True to put the odometry's lost signs back, by the reference, before all else."""
+    """True to restore the odometry's lost signs first, by the reference."""
     variant: str
 
 
 class StressRun(NamedTuple):
-    """Result of the method on a log made harder."""
+    """Result of the method on a variant of a log."""
 
     error: float
-    """Metres: mean error of the relations where the log has some, else the ATE ..."""
+    """Error, metres: mean of the relations if the log has them, else the ATE."""
     odometry_error: float
-    """... and that of the odometry alone."""
+    """The same error of the odometry alone."""
     scans: int
     lost: int
     odometry_only: int
 
 
 def run_stressed(case: StressCase, seed: int, config: SlamConfig) -> StressRun:
-    """Make the log harder, run the method on it, and score what it found."""
+    """Apply the variant to the log, run the method on it, and score the result."""
     log = log_of_case(case)
     run = run_on(made_harder(log, with_chance(case.variant), seed), case.log.name, config)
     wheels = Trajectory(log.stamps, log.T_odom_base)
@@ -55,12 +55,12 @@ def run_stressed(case: StressCase, seed: int, config: SlamConfig) -> StressRun:
 
 
 def reference_of(log: Path, kind: str = "gt.tum") -> Path:
-    """Return the path of a log's reference, which lies beside it: ``gt.tum``, or ``relations.gz``."""
+    """Return the path of a log's reference: ``gt.tum`` or ``relations.gz`` with the log's name."""
     return log.with_name(f"{log.name.split('.')[0]}.{kind}")
 
 
 def log_of_case(case: StressCase) -> Log:
-    """Read the log of a case, with its lost signs put back where that is asked for."""
+    """Read the log of a case, with its lost signs restored if the case asks for that."""
     return _log(case.log, case.mended)
 
 
@@ -74,7 +74,7 @@ def _log(path: Path, mend: bool) -> Log:
 
 
 def trajectory_error(trajectory: Trajectory, wheels: Trajectory, log: Path) -> float:
-    """Error against the relations of a log, or against its reference, at all of their times."""
+    """Return the error against the relations of a log, or against its reference, at all of their times."""
     if (path := reference_of(log, "relations.gz")).is_file():
         relations = read_relations(path)
         first, second = (carried_poses(relations[:, column], trajectory, wheels) for column in (0, 1))

@@ -1,4 +1,4 @@
-"""Variants of a recorded log that are harder, each a function of the log: fewer scans, worse odometry, worse ranges."""
+"""Variants of a recorded log that are harder: fewer scans, worse odometry, worse ranges."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,43 +14,43 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray, path_lengths
 
 SLIP: Final = float(np.radians(10.0))
-"""Radians by which a slip turns the heading, to either side."""
+"""Heading error of a slip, radians, to either side."""
 LARGE_STEPS: Final = 5
-"""A step that the wheels miss is among the largest, so many times as are missed."""
+"""Missed steps are drawn from the ``LARGE_STEPS * count`` largest ones."""
 MIN_RANGE: Final = 0.02
-"""Metres: no noise makes a range shorter."""
+"""Metres: noise makes no range shorter."""
 STRETCHES: Final = np.linspace(0.08, 0.9, 6)
-"""Beginnings of the clutter, as shares of the way, ..."""
+"""Starts of the stretches with clutter, as shares of the path length."""
 STRETCH: Final = 3.0
-"""... and for how many metres it goes on."""
+"""Length of a stretch with clutter, metres."""
 CLUTTER: Final = 0.4, 0.8
-"""Metres: the nearest clutter, and the least range before which there may be some."""
+"""Metres: the nearest clutter, and the least range in front of which there may be some."""
 
 TINY_NOISE: Final = "noise=0.002"
-"""So little that it changes nothing but luck."""
+"""Noise too small to matter, which makes runs with different seeds differ."""
 
 
 def every(log: Log, n: float, _: Generator) -> Log:
-    """Every n-th scan."""
+    """Keep every n-th scan."""
     return _kept(log, np.arange(0, len(log), int(n)))
 
 
 def beams(log: Log, n: float, _: Generator) -> Log:
-    """Every n-th beam of every scan."""
+    """Keep every n-th beam of every scan."""
     ranges, lidar = np.asarray(log.ranges)[:, :: int(n)], log.lidar
     lidar = replace(lidar, angle_increment=lidar.angle_increment * int(n), beams=ranges.shape[1])
     return replace(log, lidar=lidar, ranges=ranges, time_increment=log.time_increment * int(n))
 
 
 def jitter(log: Log, metres: float, random: Generator) -> Log:
-    """White noise on every place of the odometry, with this standard deviation."""
+    """Add white noise with this standard deviation, metres, to every position of the odometry."""
     odometry = log.T_odom_base.copy()
     odometry[:, :2] += random.normal(0.0, metres, (len(log), 2))
     return replace(log, T_odom_base=odometry)
 
 
 def scale(log: Log, share: float, random: Generator) -> Log:
-    """Motions longer by this share, and each turn larger or smaller by it."""
+    """Scale all motions by 1 + share, and each turn by 1 + share or 1 - share."""
     moved = steps(log.T_odom_base)
     to_left = moved[:, 2] > 0.0
     turn = np.concatenate([[0], np.cumsum(to_left[1:] != to_left[:-1])])
@@ -60,7 +60,7 @@ def scale(log: Log, share: float, random: Generator) -> Log:
 
 
 def slips(log: Log, count: float, random: Generator) -> Log:
-    """The heading of the odometry jumps by SLIP to either side at so many scans."""
+    """Turn the heading of the odometry by SLIP to either side at ``count`` scans."""
     moved = steps(log.T_odom_base)
     at = random.choice(np.arange(5, len(moved)), int(count), replace=False)
     moved[at, 2] += SLIP * random.choice([-1.0, 1.0], len(at))
@@ -68,7 +68,7 @@ def slips(log: Log, count: float, random: Generator) -> Log:
 
 
 def blind(log: Log, count: float, random: Generator) -> Log:
-    """The wheels miss so many of the largest steps, as where a log has a hole."""
+    """Set ``count`` of the largest steps of the odometry to zero, as in a log with gaps."""
     moved = steps(log.T_odom_base)
     largest = np.argsort(-size_of_steps(moved), kind="stable")[: LARGE_STEPS * int(count)]
     moved[random.choice(largest, int(count), replace=False)] = 0.0
@@ -76,7 +76,7 @@ def blind(log: Log, count: float, random: Generator) -> Log:
 
 
 def stale(log: Log, share: float, random: Generator) -> Log:
-    """This share of the scans carries the odometry of the scan before; the next one makes it good."""
+    """Give this share of the scans the odometry of the scan before; the next scan has the right one again."""
     late = np.flatnonzero(random.random(len(log)) < share)
     late = late[late > 0]
     late = late[np.diff(late, prepend=-1) > 1]
@@ -86,23 +86,23 @@ def stale(log: Log, share: float, random: Generator) -> Log:
 
 
 def coarse(log: Log, step: float, _: Generator) -> Log:
-    """Ranges in steps of so many metres."""
+    """Round the ranges to multiples of ``step`` metres."""
     ranges = np.asarray(log.ranges)
     return replace(log, ranges=np.where(np.isfinite(ranges), np.round(ranges / step) * step, ranges))
 
 
 def noise(log: Log, sigma: float, random: Generator) -> Log:
-    """White noise on the ranges, with this standard deviation in metres."""
+    """Add white noise with this standard deviation, metres, to the ranges."""
     ranges = np.asarray(log.ranges)
     noisy = np.maximum(ranges + random.normal(0.0, sigma, ranges.shape), MIN_RANGE)
     return replace(log, ranges=np.where(np.isfinite(ranges), noisy, ranges))
 
 
 def scatter(log: Log, share: float, random: Generator) -> Log:
-    """Clutter in six stretches of the way: this share of the beams ends somewhere before the wall, as at chair legs."""
-    way, ranges = path_lengths(log.T_odom_base), np.asarray(log.ranges)
-    begins = STRETCHES * way[-1]
-    cluttered = ((way[:, None] >= begins) & (way[:, None] < begins + STRETCH)).any(axis=1)
+    """Add clutter in six stretches of the path: this share of the beams ends before the wall, as at chair legs."""
+    distances, ranges = path_lengths(log.T_odom_base), np.asarray(log.ranges)
+    begins = STRETCHES * distances[-1]
+    cluttered = ((distances[:, None] >= begins) & (distances[:, None] < begins + STRETCH)).any(axis=1)
     nearest, least = CLUTTER
     hit = (random.random(ranges.shape) < share) & cluttered[:, None] & np.isfinite(ranges) & (ranges > least)
     before = nearest + random.random(ranges.shape) * (np.where(hit, ranges, 1.0) - nearest - 0.1)
@@ -118,9 +118,9 @@ VARIATIONS: Final[dict[str, Variation]] = {
 
 
 def made_harder(log: Log, variant: str, seed: int) -> Log:
-    """The log after every part of a variant such as ``every=5,blind=10``; the empty one changes nothing.
+    """Apply each part of a variant such as ``every=5,blind=10``; the empty one changes nothing.
 
-    Each part has random numbers of its own, by the seed and its place. InputError where a part is none.
+    Each part has its own random numbers, from the seed and its place. InputError for an invalid part.
     """
     for place, (variation, value) in enumerate(_parts(variant)):
         _check_count(variant, variation, value, log)
@@ -129,7 +129,7 @@ def made_harder(log: Log, variant: str, seed: int) -> Log:
 
 
 def with_chance(variant: str) -> str:
-    """The same variant, with TINY_NOISE on the ranges where another seed would not make another log."""
+    """Add TINY_NOISE to the variant if it has no random numbers, so that another seed gives another log."""
     if any(variation not in (every, beams, coarse) for variation, _ in _parts(variant)):
         return variant
     return ",".join(filter(None, (TINY_NOISE, variant)))
@@ -147,14 +147,14 @@ def _part(variant: str, text: str) -> tuple[Variation, float]:
             raise ValueError
     except ValueError:
         raise InputError(
-            f"variant {variant!r}: {text!r} is none; need NAME=NUMBER with one of {', '.join(VARIATIONS)}, as in "
+            f"variant {variant!r}: {text!r} is not valid; need NAME=NUMBER with one of {', '.join(VARIATIONS)}, as in "
             "every=5,blind=10"
         ) from None
     return VARIATIONS[name], number
 
 
 def _check_count(variant: str, variation: Variation, value: float, log: Log) -> None:
-    """InputError where a log has too few scans, beams or steps for what is asked."""
+    """Raise InputError if a log has too few scans, beams or steps for the variant."""
     most = {
         "every": len(log) // 2,
         "beams": log.lidar.beams // 3,

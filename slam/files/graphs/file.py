@@ -1,6 +1,6 @@
 """A graph on the disk: ``graph.json``, with a line for each node, key scan, submap, constraint and loop.
 
-Its numbers are plain text that comes back to the last bit.
+Its numbers are plain text that is read back exactly.
 """
 
 import json
@@ -39,7 +39,7 @@ def write_graph(path: Path, graph: RunGraph) -> None:
 
 
 def read_graph(path: Path) -> RunGraph:
-    """The graph; InputError names the file, the key and what is wrong."""
+    """Read the graph; InputError names the file, the key and what is wrong."""
     document = _parse(path)
     keys, edges = document.keys, _edges(document)
     return RunGraph(
@@ -94,7 +94,7 @@ def _loops(graph: RunGraph) -> Iterator[dict[str, Any]]:
 
 
 def _lines(items: Iterable[Any]) -> str:
-    """A list with a line for each item."""
+    """Format a list with a line for each item."""
     return "[\n" + ",\n".join(map(json.dumps, items)) + "\n]"
 
 
@@ -108,13 +108,13 @@ def _parse(path: Path) -> GraphDocument:
 
 
 def _validation_message(errors: ValidationError) -> str:
-    """The first key that is wrong, another version before all else."""
+    """Return the first wrong key, but a wrong version before all others."""
     error = min(errors.errors(), key=lambda error: error["loc"] != ("version",))
     if error["loc"] == ("version",) and error["type"] != "missing":
         return f"version: this hopslam reads version {VERSION}, and not {error['input']!r}; optimize again, or update"
     location, reason = error_message(error, GraphDocument)
     key = f"{'.'.join(map(str, location))}: " if location else ""
-    return f"{key}{reason}; make the file anew with hopslam optimize"
+    return f"{key}{reason}; make it again with hopslam optimize"
 
 
 def _edges(document: GraphDocument) -> list[Edge]:

@@ -1,4 +1,4 @@
-"""Key scans on the disk: ``key_scans.npz``, plain arrays, in the order of ``keys`` in ``graph.json`` beside it."""
+"""Key scans on the disk: ``key_scans.npz``, plain arrays, in the order of ``keys`` in ``graph.json``."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import astuple
@@ -48,7 +48,7 @@ def write_key_scans(path: Path, keys: Iterable[KeyScan]) -> None:
 
 
 def read_known_graph(path: Path, graph: RunGraph) -> KnownGraph:
-    """The key scans of this graph, with it; InputError names the file and what is wrong."""
+    """Read the key scans of this graph, and return the graph with them; InputError names the file and what is wrong."""
     arrays = _read(path)
     _require_whole(path, arrays, len(graph.scans))
     return KnownGraph.of(graph, tuple(_keys(arrays, graph)))
@@ -77,12 +77,12 @@ def _read(path: Path) -> dict[str, Any]:
         with np.load(path, allow_pickle=False) as file:
             return {name: file[name] for name in ("version", *_SHAPES, *_ROWS)}
     except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
-        raise InputError(f"{path}: no key scans can be read: {error}; make it anew with hopslam optimize") from error
+        raise InputError(f"{path}: no key scans can be read: {error}; make it again with hopslam optimize") from error
 
 
 def _require_whole(path: Path, arrays: dict[str, Any], count: int) -> None:
     if problem := next(_problems(arrays, count), None):
-        raise InputError(f"{path}: {problem}; make it anew with hopslam optimize")
+        raise InputError(f"{path}: {problem}; make it again with hopslam optimize")
 
 
 def _problems(arrays: dict[str, Any], count: int) -> Iterator[str]:

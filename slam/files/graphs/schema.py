@@ -33,7 +33,10 @@ class SavedKey(_Strict):
 
 
 class SavedSubmap(_Strict):
-    """A stretch of key scans, by their places in ``keys``; ``broken`` where odometry alone joins it to the last one."""
+    """Consecutive key scans, by their indices in ``keys``.
+
+    ``broken`` if only odometry joins it to the submap before.
+    """
 
     number: Number
     node: Number
@@ -50,12 +53,12 @@ class SavedConstraint(_Strict):
     T_first_second: PoseRow
     information: Matrix
     loop: Number | None
-    """Number of the loop that it belongs to."""
+    """Number of the loop that the constraint belongs to."""
     weight: Share
 
 
 class SavedLoop(_Strict):
-    """A submap that was found in another one, and the verdict on it: see slam/graph/loop.py."""
+    """A submap that was found in another one, with the result of the check: see slam/graph/loop.py."""
 
     number: Number
     submap: Number
@@ -85,54 +88,54 @@ class GraphDocument(_Strict):
     loops: tuple[SavedLoop, ...]
 
     @model_validator(mode="after")
-    def _is_whole(self) -> Self:
+    def _check_consistency(self) -> Self:
         if problem := next(self._problems(), None):
             raise ValueError(problem)
         return self
 
     def _problems(self) -> Iterator[str]:
-        yield from self._lost_keys()
-        yield from self._lost_submaps()
-        yield from self._lost_constraints()
-        yield from self._lost_loops()
+        yield from self._key_problems()
+        yield from self._submap_problems()
+        yield from self._constraint_problems()
+        yield from self._loop_problems()
 
-    def _lost_keys(self) -> Iterator[str]:
+    def _key_problems(self) -> Iterator[str]:
         if len({key.node for key in self.keys}) < len(self.keys):
             yield "keys: two have the same node"
         last, numbers = -(2**31), {submap.number for submap in self.submaps}
         for k, key in enumerate(self.keys):
             if key.node >= len(self.nodes):
-                yield f"keys.{k}.node: {key.node} is none of the {len(self.nodes)} nodes"
+                yield f"keys.{k}.node: {key.node} is not one of the {len(self.nodes)} nodes"
             if key.scan <= last:
                 yield f"keys.{k}.scan: {key.scan} does not come after {last}"
             if not numbers.issuperset(key.submaps):
-                yield f"keys.{k}.submaps: {key.submaps} are not all there"
+                yield f"keys.{k}.submaps: {key.submaps} do not all exist"
             if (problem := _not_a_covariance(key.covariance)) is not None:
                 yield f"keys.{k}.covariance: {problem}"
             last = key.scan
 
-    def _lost_submaps(self) -> Iterator[str]:
+    def _submap_problems(self) -> Iterator[str]:
         if len({submap.number for submap in self.submaps}) < len(self.submaps):
             yield "submaps: two have the same number"
         for k, submap in enumerate(self.submaps):
             if submap.node >= len(self.nodes):
-                yield f"submaps.{k}.node: {submap.node} is none of the {len(self.nodes)} nodes"
+                yield f"submaps.{k}.node: {submap.node} is not one of the {len(self.nodes)} nodes"
             for key in submap.keys:
                 if key >= len(self.keys) or submap.number not in self.keys[key].submaps:
-                    yield f"submaps.{k}.keys: {key} is no key scan of this submap"
+                    yield f"submaps.{k}.keys: {key} is not a key scan of this submap"
 
-    def _lost_constraints(self) -> Iterator[str]:
+    def _constraint_problems(self) -> Iterator[str]:
         for k, edge in enumerate(self.constraints):
             if max(edge.first, edge.second) >= len(self.nodes) or edge.first == edge.second:
-                yield f"constraints.{k}: joins {edge.first} to {edge.second}, of {len(self.nodes)} nodes"
+                yield f"constraints.{k}: connects {edge.first} to {edge.second}, of {len(self.nodes)} nodes"
             if edge.loop is not None and edge.loop >= len(self.loops):
-                yield f"constraints.{k}.loop: {edge.loop} is none of the {len(self.loops)} loops"
+                yield f"constraints.{k}.loop: {edge.loop} is not one of the {len(self.loops)} loops"
             if edge.loop is None and edge.weight != 1.0:
-                yield f"constraints.{k}.weight: only what belongs to a loop can weigh less than 1"
+                yield f"constraints.{k}.weight: only a constraint of a loop can have a weight below 1"
             if (problem := _not_a_covariance(edge.information)) is not None:
                 yield f"constraints.{k}.information: {problem}"
 
-    def _lost_loops(self) -> Iterator[str]:
+    def _loop_problems(self) -> Iterator[str]:
         numbers, nodes = {submap.number: submap for submap in self.submaps}, {key.node for key in self.keys}
         own: dict[int, list[int]] = {}
         for edge in self.constraints:
@@ -140,20 +143,20 @@ class GraphDocument(_Strict):
                 own.setdefault(edge.loop, []).append(edge.second)
         for k, loop in enumerate(self.loops):
             if loop.number != k:
-                yield f"loops.{k}.number: is {loop.number}, and stands in place {k}"
+                yield f"loops.{k}.number: is {loop.number}, at index {k}"
             if loop.submap not in numbers or loop.other not in numbers or not numbers[loop.other].keys:
-                yield f"loops.{k}: joins submaps {loop.submap} and {loop.other}, which are not both there"
+                yield f"loops.{k}: joins submaps {loop.submap} and {loop.other}, which do not both exist"
             if loop.agreeing > loop.tested:
                 yield f"loops.{k}.agreeing: {loop.agreeing} of {loop.tested} that were tested"
             if loop.believed != (loop.weight > BELIEVED):
                 yield f"loops.{k}.believed: needs a weight above {BELIEVED:g}, which is {loop.weight:g}"
             if not own.get(k) or not nodes.issuperset(own[k]):
-                yield f"loops.{k}: no constraint of it, or not all of them, leads to a key scan"
+                yield f"loops.{k}: it has no constraint, or one without a key scan"
 
 
 def _not_a_covariance(rows: Matrix) -> str | None:
     matrix = np.array(rows)
     scale = max(float(np.abs(matrix).max()), 1e-300)
     if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-4 * scale:
-        return "not symmetric with eigenvalues of 0 and more"
+        return "not symmetric and positive semidefinite"
     return None

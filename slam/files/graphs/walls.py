@@ -1,4 +1,4 @@
-"""``walls.geojson``: the line map of a closed run, each wall with how sure it is."""
+"""``walls.geojson``: the line map of a closed run, each wall with its uncertainty."""
 
 import json
 from pathlib import Path
@@ -10,7 +10,7 @@ from slam.graph.mapped_walls import MappedWalls
 
 
 def write_walls(path: Path, walls: MappedWalls) -> None:
-    """Write the file at once or not at all; metres and radians, map frame, null where it is not known how sure."""
+    """Write the file at once or not at all; metres and radians, map frame, null for an unknown uncertainty."""
     features = [
         line_feature(
             np.round(ends, 4).tolist(),

@@ -1,4 +1,4 @@
-"""Recorded logs, read into SI units whatever they were written in; the format is known by the content."""
+"""Recorded logs, converted to SI units; the format is recognised from the content."""
 
 from slam.files.logs.log import BagTopics, Log, Loss
 from slam.files.logs.read import read_log

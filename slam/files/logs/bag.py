@@ -1,7 +1,7 @@
-"""Bags of ROS 1 and ROS 2, and MCAP files: scans of one lidar, with the odometry that came along.
+"""Bags of ROS 1 and ROS 2, and MCAP files: scans of one lidar, with odometry.
 
 Odometry is that of ``nav_msgs/Odometry``, or else the transforms from ``odom`` to the base; the mount of the lidar
-comes from the transforms. A log of this project says besides where in the map it began, and what was true.
+comes from the transforms. A log of this project also has its start pose in the map, and true poses.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -29,9 +29,9 @@ Reader = Callable[[Path], Iterator[RawMessage]]
 
 
 def read(path: Path, messages: Reader, topics: BagTopics) -> Log:
-    """The log in the messages at a path; LogError when it holds no scan, or not the topic that is asked for.
+    """Read the log in the messages at a path; LogError if it has no scan, or not the requested topic.
 
-    They are read twice: now all but the ranges, and these later, as they are asked for.
+    The file is read twice: now all but the ranges, and the ranges later, on request.
     """
     statistics, place = ReadStatistics(path, "message"), path.resolve()
     try:
@@ -45,7 +45,7 @@ def read(path: Path, messages: Reader, topics: BagTopics) -> Log:
 
 
 def _scans(contents: BagContents, topic: str | None) -> list[BagScan]:
-    """The scans of one topic, and of one lidar on it."""
+    """Return the scans of one topic, and of one lidar on it."""
     found = contents.messages_of(topic, "--scan-topic", LASER_SCAN, MULTI_ECHO)
     scans = scans_of_one_lidar(list(contents.values(found, scans=True)), contents.statistics)
     if any(found is messages for messages in contents.by_type.get(MULTI_ECHO, {}).values()):
@@ -57,7 +57,7 @@ def _log(
     contents: BagContents, scans: list[BagScan], odometry_topic: str | None,
     again: Callable[[], Iterator[tuple[int, RawMessage]]],
 ) -> Log:  # fmt: skip
-    """The log of these scans, whose ranges are read in the numbered messages of another pass."""
+    """Make the log of these scans; their ranges are read from the numbered messages in another pass."""
     statistics = contents.statistics
     static, moving = contents.transforms(static=True), contents.transforms(static=False)
     odometry = _odometry(contents, odometry_topic, moving)
@@ -97,7 +97,7 @@ def _log(
 
 
 def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> BagOdometry:
-    """Motion of the base in the frame of its odometry: its messages, or else its transforms, or none at all."""
+    """Return the motion of the base in its odometry frame, from odometry messages, else transforms; None if unknown."""
     found = contents.messages_of(topic, "--odom-topic", ODOMETRY)
     if messages := _without_outliers(contents.values(found), contents.statistics):
         return BagOdometry.of(messages, messages[0].child or BASES[0])
@@ -108,7 +108,7 @@ def _odometry(contents: BagContents, topic: str | None, moving: list[Transform])
 
 
 def _without_outliers(messages: Iterable[StampedOdometry], statistics: ReadStatistics) -> list[StampedOdometry]:
-    """The messages without those whose pose is an outlier, which are counted by their number on the topic."""
+    """Return the messages without outlying poses, which are counted by their number on the topic."""
 
     def skip(one: tuple[int, StampedOdometry]) -> None:
         statistics.skip("outlying pose", one[0], scan=False)
@@ -123,9 +123,9 @@ def _position(message: StampedOdometry) -> tuple[float, float, float]:
 
 
 def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, moves: bool) -> Mount:
-    """The lidar's place on the base of the odometry, or on another base of the robot that is known.
+    """Return the mount of the lidar on the base of the odometry, or on another known base of the robot.
 
-    Where nothing tells it, the laser is taken to sit on the centre.
+    If the bag does not contain it, the laser is assumed at the centre.
     """
     try:
         mount = tree.mount(base, laser)
@@ -139,13 +139,13 @@ def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, m
 
 
 def _start(moving: list[Transform], first: Pose2D) -> Pose2D:
-    """``T_map_base`` at the first scan, where a map is known; identity otherwise."""
+    """Return ``T_map_base`` at the first scan, if a map is known; identity otherwise."""
     starts = (link.pose @ first for link in moving if (link.frame, link.child) == ("map", "odom"))
     return next(starts, Pose2D())
 
 
 def _truth(contents: BagContents, stamps: FloatArray) -> FloatArray | None:
-    """``T_map_base`` as it was, (N, 3), where the bag has it."""
+    """Return the true ``T_map_base``, (N, 3), if the bag has it."""
     messages = contents.values(contents.messages_of(None, "topic", POSE))
     poses = [(message.stamp, message.pose) for message in messages if message.frame == "map"]
     if not poses or not (track := PoseSeries.of_poses(poses)).covers(stamps):

@@ -1,4 +1,4 @@
-"""Messages of a bag that matter to a replay, by type and topic."""
+"""Messages of a bag that a replay needs, by type and topic."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ _DECODERS: Final[dict[str, Callable[[RawMessage, int], Any]]] = {
 
 
 class Fault(NamedTuple):
-    """A message's fault."""
+    """Fault of a message."""
 
     kind: str
     detail: str
 
 
 class Numbered(NamedTuple):
-    """A message by its number from 1, and what it says."""
+    """Number of a message from 1, and its decoded content."""
 
     number: int
     value: Any
@@ -51,9 +51,9 @@ class Numbered(NamedTuple):
 
 @dataclass(slots=True)
 class BagContents:
-    """The messages of scans, odometry, transforms and truth, decoded as they come, by type and topic.
+    """Messages of scans, odometry, transforms and true poses, decoded as they are read, by type and topic.
 
-    Of a scan all but its ranges is kept; in the place of a garbled message is its fault.
+    A scan is kept without its ranges; a garbled message is replaced by its fault.
     """
 
     statistics: ReadStatistics
@@ -61,9 +61,9 @@ class BagContents:
 
     @classmethod
     def read(cls, messages: Iterable[RawMessage], statistics: ReadStatistics) -> BagContents:
-        """Sort these messages, up to where they are damaged or too many.
+        """Sort these messages, until they are damaged or too many.
 
-        Those that do not matter are counted by type.
+        Messages of other types are counted.
         """
         contents, scans = cls(statistics), 0
         try:
@@ -81,11 +81,11 @@ class BagContents:
         return contents
 
     def messages_of(self, wanted: str | None, option: str, *kinds: str) -> list[Numbered]:
-        """The messages of one topic of these types: of the wanted one, or else of that with the most messages.
+        """Return the messages of one topic of these types: of the wanted one, or else of that with the most messages.
 
-        A note then names it with the others. There are none where there is no such topic.
+        A note then lists it and the others. The result is empty if there is no such topic.
 
-        LogError where the wanted one is not among them.
+        LogError if the wanted topic is not among them.
         """
         topics: Mapping[str, list[Numbered]] = ChainMap(*(self.by_type.get(kind, {}) for kind in kinds))
         if wanted is not None:

@@ -1,4 +1,4 @@
-"""Odometry of a bag on the clock of its scans, with what is wrong with it mended or said."""
+"""Odometry of a bag on the clock of its scans; faults are repaired or reported."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from slam.pose import FloatArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BagOdometry:
-    """Messages of odometry in the order of the bag, none where it has none."""
+    """Messages of odometry in the order of the bag; empty if it has none."""
 
     base: str
-    """Name of the frame that moves."""
+    """Name of the moving frame."""
     messages: Sequence[StampedOdometry]
     stamps: FloatArray
-    """Seconds, shape (K,), as the messages say."""
+    """Stamps, seconds, shape (K,)."""
     received: FloatArray
-    """Seconds, shape (K,), when they were recorded."""
+    """Times of recording, seconds, shape (K,)."""
 
     @classmethod
     def of(cls, messages: Sequence[StampedOdometry], base: str) -> BagOdometry:
-        """Odometry of the base in these messages."""
+        """Return the odometry of the base in these messages."""
         stamps = np.array([message.odometry.stamp for message in messages])
         return cls(base, messages, stamps, np.array([message.received for message in messages]))
 
     def track(self, clock: Clock, stamps: FloatArray, statistics: ReadStatistics) -> PoseSeries | None:
-        """The motion of the base on the clock of scans with these stamps, its resets joined.
+        """Return the motion of the base on the clock of scans with these stamps, its resets joined.
 
-        None where it is not known. What is mended or missing is noted.
+        None if it is unknown. Repairs and gaps are noted.
         """
         if not self.messages:
             statistics.notes.append("no odometry in it")
@@ -57,7 +57,7 @@ class BagOdometry:
 
 
 def _note_holes(track: PoseSeries, stamps: FloatArray, statistics: ReadStatistics) -> None:
-    """Say where the scans have no odometry beside them; seconds count from the first scan."""
+    """Note where the scans have no odometry; seconds count from the first scan."""
     if not track.covers(stamps):
         statistics.notes.append("its odometry does not cover the time of its scans")
     if holes := track.holes(stamps):

@@ -1,4 +1,4 @@
-"""Poses in a bag: along the time of its scans, and in the tree of its frames."""
+"""Poses in a bag: interpolated at the times of scans, and in the tree of frames."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 
 BASES: Final = ("base_link", "base_footprint")
-"""Frames that ROS robots call their base."""
+"""Usual names of the base frame in ROS."""
 _LEVEL: Final = 0.98
 """Cosine of the tilt up to which a frame counts as level."""
 
@@ -31,16 +31,16 @@ class PoseSeries:
     poses: FloatArray
     """x, y, theta, metres and radians, theta without jumps, shape (K, 3)."""
     twists: FloatArray | None = None
-    """Linear and angular velocity, shape (K, 2); None where all of them are zero, as where nobody measured them."""
+    """Linear and angular velocity, shape (K, 2); None if all of them are zero, that is, not measured."""
 
     @classmethod
     def of_poses(cls, poses: Sequence[tuple[float, Pose2D]]) -> PoseSeries:
-        """A track of poses with their stamps, at least one; the first of those with one stamp counts."""
+        """Make a track of poses with their stamps, at least one; of equal stamps the first counts."""
         return cls.of_odometry([Odometry(stamp, pose) for stamp, pose in poses])
 
     @classmethod
     def of_odometry(cls, odometry: Sequence[Odometry]) -> PoseSeries:
-        """A track with its velocities."""
+        """Return the track with its velocities."""
         table = np.array([(o.stamp, *o.T_odom_base.as_array(), o.twist.linear, o.twist.angular) for o in odometry])
         _, first = np.unique(table[:, 0], return_index=True)
         table = table[first]
@@ -49,23 +49,23 @@ class PoseSeries:
         return cls(table[:, 0], table[:, 1:4], twists)
 
     def joined(self) -> tuple[PoseSeries, Joined]:
-        """The track with its resets joined, and these."""
+        """Return the track with its resets joined, and the resets."""
         joined = join_resets(self.stamps, self.poses)
         return replace(self, poses=joined.poses), joined
 
     def poses_at(self, stamps: FloatArray) -> FloatArray:
-        """Poses (N, 3) at these stamps, in proportion to the time between two.
+        """Return poses (N, 3) at these stamps, linearly interpolated.
 
-        Before the first and after the last it stands.
+        Before the first and after the last pose they are constant.
         """
         return _interpolated(stamps, self.stamps, self.poses)
 
     def twists_at(self, stamps: FloatArray) -> FloatArray | None:
-        """Velocities (N, 2) at these stamps, likewise."""
+        """Return velocities (N, 2) at these stamps, interpolated in the same way."""
         return None if self.twists is None else _interpolated(stamps, self.stamps, self.twists)
 
     def holes(self, stamps: FloatArray, longest: float = 1.0) -> list[tuple[float, float]]:
-        """Begin and end of the times in which no pose came for longer than so many seconds, and than usual.
+        """Return begin and end of the gaps without a pose, longer than ``seconds`` and than usual.
 
         Only times between the first and the last of these stamps count.
         """
@@ -76,7 +76,7 @@ class PoseSeries:
         return [(float(ends[index]), float(ends[index + 1])) for index in late]
 
     def covers(self, stamps: FloatArray, margin: float = 0.5) -> bool:
-        """True where no stamp lies farther than ``margin`` seconds outside."""
+        """Return True if no stamp lies more than ``margin`` seconds outside."""
         return bool(stamps[0] >= self.stamps[0] - margin and stamps[-1] <= self.stamps[-1] + margin)
 
 
@@ -94,11 +94,11 @@ class Mount(NamedTuple):
 
     T_base_laser: Pose2D
     inverted: bool = False
-    """It hangs upside down, so that its bearings grow clockwise."""
+    """True if the lidar hangs upside down, so that its bearings increase clockwise."""
 
 
 class FrameTree:
-    """The first transform to each frame."""
+    """Return the first transform to each frame."""
 
     def __init__(self, transforms: Iterable[Transform]) -> None:
         self._links: dict[str, Transform] = {}
@@ -106,9 +106,9 @@ class FrameTree:
             self._links.setdefault(transform.child, transform)
 
     def mount(self, base: str, sensor: str) -> Mount | None:
-        """Place of the sensor on this base, or else on one of a usual name; None where nothing joins them.
+        """Return the mount of the sensor on this base, or else on one with a usual name; None if nothing connects them.
 
-        LogError where the sensor is tilted.
+        LogError if the sensor is tilted.
         """
         mounts = (self._mount(known, sensor) for known in (base, *BASES))
         return next((mount for mount in mounts if mount is not None), None)
@@ -124,7 +124,7 @@ class FrameTree:
         return None
 
     def _above(self, frame: str) -> list[tuple[str, list[Transform]]]:
-        """The frame and all above it, with the transforms that lead there, the lowest first."""
+        """Return the frame and its parents, with the transforms to them, the lowest first."""
         links: list[Transform] = []
         above = [(frame, list(links))]
         while (link := self._links.get(frame)) is not None and len(above) <= len(self._links):
@@ -135,12 +135,12 @@ class FrameTree:
 
 
 def _pose(links: Sequence[Transform]) -> Pose2D:
-    """The pose of the lowest frame in the highest."""
+    """Return the pose of the lowest frame in the highest."""
     return reduce(lambda pose, link: link.pose @ pose, links, Pose2D())
 
 
 def _in_space(links: Sequence[Transform]) -> FloatArray:
-    """The same in space, (4, 4)."""
+    """Return the same pose in space, (4, 4)."""
     return reduce(lambda T, link: _matrix(link) @ T, links, np.eye(4))
 
 
@@ -152,7 +152,7 @@ def _matrix(link: Transform) -> FloatArray:
 
 
 def _seen_from_above(T_top_base: FloatArray, T_top_sensor: FloatArray, names: str) -> Mount:
-    """The mount between two frames in space; LogError where their z axes are not parallel."""
+    """Return the mount between two frames in space; LogError if their z axes are not parallel."""
     T = np.linalg.solve(T_top_base, T_top_sensor)
     if not abs(T[2, 2]) > _LEVEL:
         tilt = np.degrees(np.arccos(np.clip(T[2, 2], -1.0, 1.0)))

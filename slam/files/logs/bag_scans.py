@@ -1,4 +1,4 @@
-"""Scans in the messages of a bag, of a lidar however it turns and hangs."""
+"""Scans in the messages of a bag, for lidars that turn either way and may hang upside down."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from slam.pose import FloatArray
 from slam.scan import LaserScan
 
 _LARGEST_BEARING: Final = 7.0
-"""Radians: a turn and a little more."""
+"""Largest bearing, radians: a full turn with some margin."""
 _WHOLE_TURN: Final = 2.0 * np.pi + 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BagScan:
-    """One scan as its lidar gave it, less its ranges; ``line`` is the number of its message. Metres, radians, seconds.
+    """One scan in the form of its message, without the ranges; ``line`` is the number of the message. SI units.
 
     Beam j points at ``angle_min + j * angle_increment`` in the frame of the lidar, where the increment may be negative,
     and was taken ``j * time_increment`` after the stamp.
@@ -43,17 +43,18 @@ class BagScan:
     range_max: float
     beams: int
     fingerprint: int
-    """Hash of its ranges."""
+    """Hash of the ranges."""
     time_increment: float
     scan_time: float
     turned: bool = False
-    """Its beams are in the other order than in the message."""
+    """True if its beams are in the reverse order of the message."""
 
     def upright(self, inverted: bool) -> tuple[BagScan, Lidar]:
-        """The scan with its beams counter-clockwise from above, of a lidar that hangs upside down or not, and its fan.
+        """Return the scan with its beams counter-clockwise from above, and its fan.
 
-        Upside down, bearings change their sign. Where the order of the beams turns round, so does that of time: the
-        stamp is that of the beam which comes first now. The fan's ``scan_time`` is that of the whole log, and 0 here.
+        ``inverted`` for a lidar upside down. Upside down, bearings change their sign. If the order of the beams is
+        reversed, so are their times: the stamp is that of the beam that is now first. The fan's ``scan_time`` is that
+        of the whole log, and 0 here.
         """
         sign, beams = -1.0 if inverted else 1.0, self.beams
         first, step, turned = ordered_bearings(
@@ -67,7 +68,7 @@ class BagScan:
 
 
 def scans_of_one_lidar(scans: Sequence[BagScan], statistics: ReadStatistics) -> list[BagScan]:
-    """The scans of the most frequent frame; others are skipped."""
+    """Return the scans of the most frequent frame; others are skipped."""
     often = Counter(scan.frame for scan in scans).most_common(1)
     for scan in scans:
         if scan.frame != often[0][0]:
@@ -76,7 +77,7 @@ def scans_of_one_lidar(scans: Sequence[BagScan], statistics: ReadStatistics) -> 
 
 
 def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
-    """The scan in a message; BadLine when it is cut or says what cannot be."""
+    """Read the scan in a message; BadLine if it is truncated or has impossible values."""
     scan = decoder.decode(raw)
     _check(scan, len(scan.ranges))
     return BagScan(
@@ -96,7 +97,7 @@ def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
 
 
 def whole_scan(raw: RawMessage, scan: BagScan, inverted: bool) -> LaserScan:
-    """The scan of a message and its ranges, of a lidar that hangs upside down or not."""
+    """Return the scan of a message with its ranges; ``inverted`` for a lidar upside down."""
     upright, fan = scan.upright(inverted)
     ranges = _ranges(raw)
     return LaserScan(
@@ -108,9 +109,9 @@ def whole_scan(raw: RawMessage, scan: BagScan, inverted: bool) -> LaserScan:
 def ranges_of(
     raws: Iterable[tuple[int, RawMessage]], places: Iterable[int], turned: Iterable[bool]
 ) -> Iterator[FloatArray]:
-    """The ranges of the scans in the numbered messages at these places, metres.
+    """Yield the ranges of the scans in the numbered messages with these indices, metres.
 
-    They are as REP-117 has them, their beams turned round or not.
+    They follow REP-117; ``turned`` says which of them to reverse.
     """
     for raw, is_turned in zip(at_places(raws, places), turned, strict=False):
         ranges = _ranges(raw)
@@ -122,14 +123,14 @@ def _ranges(raw: RawMessage) -> FloatArray:
     readings = _readings(raw, scan)
     ranges = decoder.decimal_ranges(readings)
     finite = np.isfinite(ranges)
-    ranges[finite & (readings > scan.range_max)] = np.inf  # REP 117: no echo ...
-    ranges[finite & (readings < scan.range_min)] = -np.inf  # ... and too close, which says nothing of free space
-    ranges[ranges == 0.0] = np.nan  # what many drivers say where they measured nothing
+    ranges[finite & (readings > scan.range_max)] = np.inf  # REP-117: no echo
+    ranges[finite & (readings < scan.range_min)] = -np.inf  # REP-117: too close, which says nothing about free space
+    ranges[ranges == 0.0] = np.nan  # many drivers write 0 for no measurement
     return ranges
 
 
 def _readings(raw: RawMessage, scan: Any) -> NDArray[np.float32]:
-    """The ranges as the message has them: of a lidar with several echoes the nearest ones, nan where it has none."""
+    """Return the ranges in the message: the nearest echo of a lidar with several echoes, nan without one."""
     if raw.type != MULTI_ECHO:
         readings: NDArray[np.float32] = scan.ranges
         return readings
@@ -137,7 +138,7 @@ def _readings(raw: RawMessage, scan: Any) -> NDArray[np.float32]:
 
 
 def _check(scan: Any, beams: int) -> None:
-    """BadLine, naming field and value, for a scan that no lidar gives."""
+    """Raise BadLine, with field and value, for a scan that no lidar makes."""
     if beams < 1:
         raise impossible("number of ranges", beams)
     if excess := BEAMS.excess(beams):

@@ -1,4 +1,4 @@
-"""CARMEN logs: text, one message a line, the laser messages carrying the wheel odometry too.
+"""CARMEN logs: text, one message per line; the laser messages include the wheel odometry.
 
 The messages are those of http://carmen.sourceforge.net/logger_playback.html and of CARMEN's own reader, readlog.c.
 """
@@ -27,23 +27,23 @@ _TYPES: Final = frozenset(
     b" ODOM TRUEPOS PARAM SYNC L O".split()
 )
 _OLD_RANGE_MAX: Final = 80.0
-"""Metres: what readlog.c takes for the reach of an old message."""
+"""Metres: range limit of an old message in readlog.c."""
 _SICK_CODES: Final = ((81.83, 81.92), (8.183, 8.192))
-"""A SICK's readings are 13 bits of centimetres or millimetres, those from 8183 on error codes."""
+"""Readings of a SICK have 13 bits, centimetres or millimetres; from 8183 on they are error codes."""
 _SINGLE_READINGS: Final = 100_000
-"""So many readings that came once, the largest, are kept to see whether they come again."""
+"""Number of the largest readings with a single occurrence that are kept to see whether they occur again."""
 _RIGID: Final = (0.02, 0.02, 0.01)
-"""A mount does not move by more than this: x and y in metres, theta in radians."""
+"""Largest variation of a fixed mount: x and y in metres, theta in radians."""
 
 
 def recognises(line: bytes) -> bool:
-    """True for a message of a CARMEN log."""
+    """Return True for a message of a CARMEN log."""
     words = line.split(maxsplit=1)
     return bool(words) and words[0] in _TYPES
 
 
 def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
-    """The log in these numbered lines; LogError when there is not one scan."""
+    """Read the log in these numbered lines; LogError if there is no scan."""
     values: dict[str, float] = {}
     messages = drop_repeats(list(_messages(lines, statistics, values)), statistics)
     messages = drop_outliers(
@@ -89,7 +89,7 @@ def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
 
 
 def _stamps(messages: Sequence[Message], statistics: ReadStatistics) -> FloatArray:
-    """Times of the scans; those of the logger help where they are known of all."""
+    """Return the times of the scans; logger times help if all scans have them."""
     logged = [message.logged for message in messages if message.logged is not None]
     received = np.array(logged) if len(logged) == len(messages) else None
     own = np.array([message.stamp for message in messages])
@@ -99,7 +99,10 @@ def _stamps(messages: Sequence[Message], statistics: ReadStatistics) -> FloatArr
 def _messages(
     lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics, values: dict[str, float]
 ) -> Iterator[Message]:
-    """The laser messages; this project's parameters go to ``values``; others are counted, garbled lines skipped."""
+    """Yield the laser messages; this project's parameters go to ``values``.
+
+    Others are counted, garbled lines skipped.
+    """
     scans = 0
     for number, line in lines:
         words = line.split()
@@ -129,7 +132,7 @@ def _pass_by(name: bytes, line: int, statistics: ReadStatistics) -> None:
 
 
 def _readings(path: Path, places: Iterable[int]) -> Iterator[FloatArray]:
-    """The readings of the laser messages in the lines of these numbers, metres."""
+    """Yield the readings of the laser messages in the lines with these numbers, metres."""
     for line in at_places(read_lines(path), places):
         words = line.split()
         yield PARSERS[words[0]](words, 0)[1]
@@ -140,9 +143,9 @@ def _ranges(readings: FloatArray, at_zero: float, range_max: float) -> FloatArra
 
 
 def _reach(fan: Lidar, readings: Callable[[], Iterable[FloatArray]]) -> float:
-    """The range, metres, from which a reading means that nothing came back.
+    """Return the range, metres, from which a reading means no echo.
 
-    An old message does not say. Then it is the largest reading that the log holds twice, and 80 m at the most.
+    An old message does not state it. Then it is the largest reading that occurs twice in the log, and 80 m at most.
     """
     reach = fan.range_max
     if not np.isfinite(reach):
@@ -151,7 +154,7 @@ def _reach(fan: Lidar, readings: Callable[[], Iterable[FloatArray]]) -> float:
 
 
 def _largest_twice(rows: Iterable[FloatArray]) -> float:
-    """The largest of the values that come more than once; 0 where none does."""
+    """Return the largest value that occurs more than once; 0 if none does."""
     largest, once = 0.0, np.array([])
     for row in rows:
         values, counts = np.unique(np.concatenate([once, row[row > largest]]), return_counts=True)
@@ -161,9 +164,9 @@ def _largest_twice(rows: Iterable[FloatArray]) -> float:
 
 
 def _mount(robot: FloatArray, laser: FloatArray, statistics: ReadStatistics) -> Pose2D:
-    """``T_base_laser``: the median of how the laser poses lie to the robot poses.
+    """Return ``T_base_laser``, the median pose of the laser relative to the robot.
 
-    Where that is no fixed mount, the laser poses are a mapper's corrections; then none is known, and it is identity.
+    If it varies, the laser poses are a mapper's corrections; then the mount is unknown, and identity is returned.
     """
     offsets = relative_poses(robot, laser)
     offsets[:, 2] = np.unwrap(offsets[:, 2])

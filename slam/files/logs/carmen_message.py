@@ -1,4 +1,4 @@
-"""Messages of a CARMEN log: the words of a line to numbers."""
+"""Parsers of the messages of a CARMEN log."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -15,25 +15,25 @@ from slam.pose import FloatArray, Pose2D
 _POSE_NAMES: Final = "laser_x laser_y laser_theta robot_x robot_y robot_theta"
 _CMU_WORDS: Final = 188
 PREFIX: Final = b"hopslam_"
-"""Begins the names of this project's ``PARAM`` lines, which other readers pass by."""
+"""Prefix of this project's ``PARAM`` lines, which other readers ignore."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
-    """One scan, less its ranges. Poses are x, y, theta in metres and radians, in the frame of the odometry."""
+    """One scan, without its ranges. Poses are x, y, theta in metres and radians, in the odometry frame."""
 
     line: int
     fan: Lidar
-    """``range_max`` is inf when the message does not say; ``range_min`` and ``scan_time`` are 0, as it never says."""
+    """Fan and range limits; ``range_max`` is inf if the message has none; ``range_min`` and ``scan_time`` are 0."""
     fingerprint: int
-    """Hash of its ranges."""
+    """Hash of the ranges."""
     T_odom_laser: tuple[float, float, float]
     T_odom_base: tuple[float, float, float]
     stamp: float
     logged: float | None
-    """Time of the logger, seconds, where the line has it."""
+    """Time of the logger, seconds, if the line has it."""
     twist: Sequence[bytes] = ()
-    """Two words: linear and angular velocity, m/s and rad/s, as the message has them; none in an old one."""
+    """Two words: linear and angular velocity, m/s and rad/s, from the message; empty in an old one."""
 
 
 Parsed = tuple[Message, FloatArray]
@@ -41,14 +41,14 @@ Parsed = tuple[Message, FloatArray]
 
 
 def _flaser(words: Sequence[bytes], line: int) -> Parsed:
-    """``FLASER n ranges[n] laser x y theta, robot x y theta, ipc_timestamp host logger_timestamp``."""
+    """Parse ``FLASER n ranges[n] laser x y theta, robot x y theta, ipc_timestamp host logger_timestamp``."""
     end = 2 + count(words, 1)
     _check_length(words, end + 9)
     return _message(line, _sick_fan(end - 2), words[2:end], words[end : end + 6], words[end + 6 :])
 
 
 def _robotlaser1(words: Sequence[bytes], line: int) -> Parsed:
-    """A message ``ROBOTLASER1``.
+    """Parse a message ``ROBOTLASER1``.
 
     ``ROBOTLASER1 type start fov resolution max_range accuracy remission_mode n ranges[n] m remissions[m]``, then laser
     pose, robot pose, tv, rv, forward_safety, side_safety, turn_axis, ipc_timestamp, host, logger_timestamp.
@@ -71,9 +71,9 @@ def _bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
 
 
 def _cmu_laser(words: Sequence[bytes], line: int) -> Parsed:
-    """``L x y theta, laser x y theta, ranges[180], time``: centimetres, radians and seconds, beams from right to left.
+    """Parse ``L x y theta, laser x y theta, ranges[180], time``: cm, radians and seconds, beams from right to left.
 
-    So are the logs of CMU's course on probabilistic robotics.
+    CMU's course on probabilistic robotics uses this format.
     """
     if len(words) != _CMU_WORDS:
         raise BadLine("truncated" if len(words) < _CMU_WORDS else "too long")
@@ -88,7 +88,7 @@ PARSERS: Final[dict[bytes, Callable[[Sequence[bytes], int], Parsed]]] = {
     b"ROBOTLASER1": _robotlaser1,
     b"L": _cmu_laser,
 }
-"""Parser of each laser message: of the words of a line and its number; BadLine when it is garbled."""
+"""Parser of each laser message, from the words of a line and its number; BadLine if it is garbled."""
 
 
 def _check_length(words: Sequence[bytes], length: int) -> None:
@@ -102,7 +102,7 @@ def _check_length(words: Sequence[bytes], length: int) -> None:
 def _message(
     line: int, fan: Lidar, readings: Sequence[bytes], poses: Sequence[bytes], times: Sequence[bytes]
 ) -> Parsed:
-    """The message of these words; ``times`` are ipc_timestamp, host, logger_timestamp."""
+    """Make the message of these words; ``times`` are ipc_timestamp, host, logger_timestamp."""
     turn = (fan.beams - 1) * fan.angle_increment
     if fan.beams < 1:
         raise impossible("number of beams", fan.beams)
@@ -125,7 +125,7 @@ def _logged(times: Sequence[bytes]) -> float | None:
 
 
 def _sick_fan(beams: int) -> Lidar:
-    """The fan of an old message, which gives the number of beams only: 180 degrees, as in readlog.c.
+    """Return the fan of an old message, which has the number of beams only: 180 degrees, as in readlog.c.
 
     With 180 or 360 beams the last of a SICK's 181 or 361 is left out.
     """
@@ -134,12 +134,12 @@ def _sick_fan(beams: int) -> Lidar:
 
 
 class CarmenParams(NamedTuple):
-    """Facts for which the laser messages have no field.
+    """Values for which the laser messages have no field.
 
-    They are the time between two beams, what makes a reading void, and where in the map the log begins; seconds, metres
-    and radians.
+    They are the time between two beams, the range limits, and the start of the log in the map; seconds, metres and
+    radians.
 
-    Where a log has them, a reading of 0 is an error, and ``tv`` and ``rv`` count.
+    If a log has them, a reading of 0 is an error, and ``tv`` and ``rv`` are used.
     """
 
     time_increment: float
@@ -155,7 +155,7 @@ class CarmenParams(NamedTuple):
 
 
 def parse_param(words: Sequence[bytes]) -> tuple[str, float] | None:
-    """Name and value of one of this project's ``PARAM name value ipc_timestamp host logger_timestamp``."""
+    """Parse one of this project's ``PARAM name value ipc_timestamp host logger_timestamp``; return name and value."""
     if len(words) < 3 or not words[1].startswith(PREFIX):
         return None
     try:
@@ -165,13 +165,13 @@ def parse_param(words: Sequence[bytes]) -> tuple[str, float] | None:
 
 
 def params_of(values: dict[str, float]) -> CarmenParams | None:
-    """The parameters; None where the log does not have them all."""
+    """Return the parameters; None if the log does not have them all."""
     known = {name: values[name] for name in CarmenParams._fields if name in values}
     return CarmenParams(**known) if len(known) == len(CarmenParams._fields) else None
 
 
 def twists(messages: Sequence[Message]) -> FloatArray | None:
-    """Linear and angular velocity, (N, 2); None where a message has none that can be read."""
+    """Return linear and angular velocity, (N, 2); None if a message has none that can be read."""
     try:
         rows = [bounded(message.twist) for message in messages]
     except BadLine:

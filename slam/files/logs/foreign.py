@@ -1,4 +1,4 @@
-"""Files that are given as logs and are none that hopslam reads, with what to do about them."""
+"""Recognises files in formats that hopslam does not read, with advice."""
 
 import re
 from typing import Final
@@ -22,5 +22,5 @@ _HEAD: Final = 64
 
 
 def named(begin: bytes) -> str | None:
-    """Kind of a file that begins so, and what to do about it; None where it is not known."""
+    """Return the kind of a file with this beginning, and what to do with it; None if it is unknown."""
     return next((kind for pattern, kind in _KINDS if pattern.match(begin[:_HEAD])), None)

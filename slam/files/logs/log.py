@@ -16,7 +16,7 @@ from slam.scan import LaserScan
 
 _LOUD: Final = 0.2
 _FAILED: Final = 0.5
-"""Shares of lost scans from which the user is warned, and from which a command fails."""
+"""Shares of lost scans above which the user is warned, and above which a command fails."""
 
 
 class Loss(NamedTuple):
@@ -24,23 +24,23 @@ class Loss(NamedTuple):
 
     lost: int
     scans: int
-    """Number of all scans, the lost ones too."""
+    """Number of all scans, including lost ones."""
     report: str
 
     @property
     def share(self) -> float:
-        """Between 0 and 1."""
+        """Share of lost scans, between 0 and 1."""
         return self.lost / max(self.scans, 1)
 
     @property
     def warning(self) -> str | None:
-        """One line for the user, where more than a fifth is lost."""
+        """One line for the user, if more than a fifth is lost."""
         if self.share <= _LOUD:
             return None
         return f"{self.lost} of {self.scans} scans of the log, {self.share:.0%}, could not be used"
 
     def require_most(self, lenient: bool, remedy: str = "accept it with --lenient") -> None:
-        """ScansLost where more than half is lost, unless that is taken leniently."""
+        """Raise ScansLost if more than half is lost, unless ``lenient``."""
         if self.share > _FAILED and not lenient:
             raise ScansLost(f"{self.warning}: {self.report}; mend the log, or {remedy}")
 
@@ -59,15 +59,15 @@ class FanTable(NamedTuple):
         return f"its lidar takes {self.beams.min()} to {self.beams.max()} beams a scan, and each scan keeps its own"
 
     def fan(self, index: int, lidar: Lidar) -> Lidar:
-        """The fan of that scan, whose reach is that of the lidar."""
+        """Return the fan of scan ``k``, with the range limits of the lidar."""
         first, step = float(self.angles_min[index]), float(self.angle_increments[index])
         return replace(lidar, angle_min=first, angle_increment=step, beams=int(self.beams[index]))
 
 
 def lidar_of(fans: Sequence[Lidar], time_increments: Sequence[float]) -> tuple[Lidar, FanTable | None]:
-    """The lidar that took scans with these fans, at least one, and the table of them where they vary.
+    """Return the lidar that took scans with these fans, at least one, and the table of the fans if they vary.
 
-    It reaches as far as any of them. Seconds pass between two beams as ``time_increments`` say for each scan.
+    Its range limits are the widest of them. ``time_increments`` are the seconds between two beams of each scan.
     """
     most = max(fans, key=lambda fan: fan.beams)
     if all(fan == most for fan in fans):
@@ -85,34 +85,34 @@ class Log:
     """N scans of one lidar, in the order of their stamps; structure of arrays, read-only."""
 
     lidar: Lidar
-    """``scan_time`` is the median time between two stamps, seconds; of a lidar whose number of beams varies, the fan of
-    the most of them."""
+    """The lidar; ``scan_time`` is the median time between two stamps, seconds; if the number of beams varies, the
+    largest fan."""
     T_base_laser: Pose2D
     stamps: FloatArray
     """Seconds on the log's own clock, strictly increasing, shape (N,)."""
     ranges: FloatArray | StreamedRanges
-    """Metres; +inf is no echo and nan an erroneous reading, as REP-117 has it; shape (N, beams). Those of a file are
-    read again as they are asked for, one row at a time; those in memory have rows of fewer beams filled up with nan."""
+    """Ranges, metres; +inf is no echo and nan an erroneous reading, as in REP-117; shape (N, beams). Those of a file
+    are read again on request, one row at a time; those in memory are padded with nan."""
     T_odom_base: FloatArray
     """Raw wheel odometry as rows x, y, theta, relative to the first scan; metres and radians, shape (N, 3)."""
     time_increment: float
-    """Seconds between two beams, 0 where it is not known."""
+    """Seconds between two beams, 0 if unknown."""
     skipped: Mapping[str, int]
-    """Number of unusable lines, by what was wrong with them."""
+    """Number of unusable lines, by their fault."""
     ignored: Mapping[str, int]
     """Number of messages of other types, by their names."""
     report: str
-    """Summary of what was read and what was not, one line to show."""
+    """Summary of what was read and skipped, for display."""
     has_odometry: bool = True
-    """False: nobody measured the motion, and ``T_odom_base`` stands still."""
+    """False if the motion was not measured; ``T_odom_base`` is then constant."""
     twists: FloatArray | None = None
     """Linear and angular velocity that the base measured while the beams were taken, m/s and rad/s, shape (N, 2)."""
     start: Pose2D = field(default_factory=Pose2D)
-    """``T_map_base`` at the first scan, where the log knows a map."""
+    """``T_map_base`` at the first scan, if the log has a map."""
     T_map_base: FloatArray | None = None
-    """The truth as rows x, y, theta, where the log knows it; shape (N, 3)."""
+    """True poses as rows x, y, theta, if the log has them; shape (N, 3)."""
     fans: FanTable | None = None
-    """The fan of each scan, where they vary."""
+    """The fan of each scan, if they vary."""
     lost: int = 0
     """Number of scans that could not be used."""
 
@@ -131,7 +131,7 @@ class Log:
         return Loss(self.lost, self.lost + len(self), self.report)
 
     def scan(self, index: int) -> LaserScan:
-        """The scan of that number, from 0."""
+        """Return scan ``k``, counted from 0."""
         fan, between = self.lidar, self.time_increment
         if self.fans is not None:
             fan, between = self.fans.fan(index, fan), float(self.fans.time_increments[index])
@@ -147,20 +147,23 @@ class Log:
         )
 
     def odometry(self, index: int) -> Odometry:
-        """Dead reckoning at that scan; where no twist was measured, it is that of the motion which led there."""
+        """Return dead reckoning at scan ``k``.
+
+        Without a measured twist, the twist is that of the motion to this scan.
+        """
         twist = self.twist(index - 1) if self.twists is None else Twist2D(*self.twists[index].tolist())
         return Odometry(float(self.stamps[index]), self.pose(index), twist)
 
     def truth(self, index: int) -> Pose2D | None:
-        """``T_map_base`` at that scan, where the log knows it."""
+        """Return ``T_map_base`` at scan ``k``, if the log has it."""
         return None if self.T_map_base is None else Pose2D.from_array(self.T_map_base[index])
 
     def pose(self, index: int) -> Pose2D:
-        """``T_odom_base`` at that scan."""
+        """Return ``T_odom_base`` at scan ``k``."""
         return Pose2D.from_array(self.T_odom_base[index])
 
     def twist(self, index: int) -> Twist2D:
-        """Mean velocity from that scan to the next one; zero outside of the log."""
+        """Return the mean velocity from scan ``k`` to the next one; zero outside of the log."""
         if not 0 <= index < len(self) - 1:
             return Twist2D()
         motion = self.pose(index).between(self.pose(index + 1))
@@ -169,7 +172,7 @@ class Log:
 
 
 class BagTopics(NamedTuple):
-    """Topics of a bag to read; None: the only one of its type."""
+    """Topics of a bag to read; None means the only one of its type."""
 
     scan: str | None = None
     odometry: str | None = None

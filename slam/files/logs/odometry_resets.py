@@ -1,4 +1,4 @@
-"""Wheel odometry that was set to another pose on the way, joined again."""
+"""Joins wheel odometry that was set to another pose during a log."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ from slam.pose import FloatArray, Pose2D, compose_poses, relative_poses, wrap_an
 
 _JUMP: Final = 0.25
 _TURN: Final = 0.6
-"""Metres and radians between two messages, from which a step is a reset; a smaller one is left to the matcher."""
+"""Least step between two messages, metres and radians, that is a reset; the matcher corrects smaller ones."""
 _STALE: Final = 0.5
-"""Seconds for which wheels may say the same before they catch up."""
+"""Seconds for which wheels may repeat the same reading before they catch up."""
 _USUAL: Final = 3.0
-"""A robot is no faster than so many times its usual speed, the median while it moves ..."""
+"""Factor from the usual speed of a robot, the median while it moves, to its largest."""
 _SPEED: Final = 1.0
 _TURNING: Final = 2.0
-"""... but these it may always be: m/s and rad/s."""
+"""Speeds that are always possible, m/s and rad/s."""
 _MOVES: Final = 0.05
-"""m/s or rad/s from which it counts as moving."""
+"""Least speed that counts as motion, m/s or rad/s."""
 
 
 class Joined(NamedTuple):
     """Poses without jumps."""
 
     poses: FloatArray
-    """x, y, theta as rows; those before the first jump as they were."""
+    """x, y, theta as rows; those before the first jump are unchanged."""
     resets: Sequence[int]
-    """Indices of the poses that came after a jump."""
+    """Indices of the poses after a jump."""
     lengths: Sequence[float]
-    """Metres of these jumps."""
+    """Sizes of these jumps, metres."""
 
 
 def join_resets(stamps: FloatArray, poses: FloatArray) -> Joined:
-    """The poses (K, 3) at these stamps, with the motion before each jump carried on over it.
+    """Remove the jumps from poses (K, 3) with these stamps; over a jump, the motion before it continues.
 
-    A jump is a step that no wheels can make: longer, or turning more, than three times the usual speed allows in that
-    time, to which half a second counts in which the wheels said nothing new.
+    A jump is a step that wheels cannot make: longer, or turning more, than three times the usual speed allows in that
+    time, plus up to half a second in which the wheels repeated their reading.
     """
     steps, seconds = _steps(poses), np.maximum(np.diff(stamps), 0.0)
     lengths, turns = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
@@ -60,7 +60,7 @@ def join_resets(stamps: FloatArray, poses: FloatArray) -> Joined:
 
 
 def note_resets(joined: Joined, seconds: Sequence[float], statistics: ReadStatistics) -> None:
-    """Say how often the odometry was set to another pose, and at which of these seconds first and last."""
+    """Note how often the odometry was set to another pose, and at which of these seconds first and last."""
     first, last = joined.resets[0], joined.resets[-1]
     place = f"at {seconds[first]:.3f} s" + ("" if last == first else f" to {seconds[last]:.3f} s")
     statistics.notes.append(
@@ -70,14 +70,14 @@ def note_resets(joined: Joined, seconds: Sequence[float], statistics: ReadStatis
 
 
 def _steps(poses: FloatArray) -> FloatArray:
-    """Motion from each pose to the next, in the frame of the first of the two, (K - 1, 3)."""
+    """Return the motion from each pose to the next, in the frame of the first of the two, (K - 1, 3)."""
     dx, dy, turn = np.diff(poses, axis=0).T
     c, s = np.cos(poses[:-1, 2]), np.sin(poses[:-1, 2])
     return np.column_stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(turn)])
 
 
 def _stale(stamps: FloatArray, same: NDArray[np.bool_]) -> FloatArray:
-    """Seconds before each of these steps, up to half a second, in which the pose was the same."""
+    """Return the seconds before each of these steps, up to half a second, in which the pose was constant."""
     changed = np.concatenate([[True], ~same[:-1]])
     since = stamps[np.maximum.accumulate(np.where(changed, np.arange(len(stamps)), 0))]
     return np.minimum(stamps - since, _STALE)
@@ -93,7 +93,7 @@ def _too_fast(
 
 
 def _usual_motion(steps: FloatArray, seconds: FloatArray, jumps: NDArray[np.bool_], step: int) -> Pose2D:
-    """Motion in that step at the velocity of the last one before it that was no jump, or of the first one after."""
+    """Return the motion in that step at the velocity of the last step without a jump, or of the first one."""
     whole = np.flatnonzero(~jumps & (seconds > 0.0))
     if not len(whole):
         return Pose2D()
@@ -102,7 +102,7 @@ def _usual_motion(steps: FloatArray, seconds: FloatArray, jumps: NDArray[np.bool
 
 
 def _moved(poses: FloatArray, first: Pose2D) -> FloatArray:
-    """The poses, moved as one so that the first is where it should be; headings stay without jumps."""
+    """Transform all poses so that the first is where it should be; headings stay continuous."""
     moved = compose_poses(first.as_array(), relative_poses(poses[0], poses))
     moved[:, 2] = first.theta + (poses[:, 2] - poses[0, 2])
     return moved

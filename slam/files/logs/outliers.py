@@ -1,4 +1,4 @@
-"""Poses that no wheels can have driven to and back from: a garbled number, and not a way."""
+"""Removes poses that no wheels can have driven to and back from, such as garbled numbers."""
 
 from collections.abc import Callable, Sequence
 from typing import Final, TypeVar
@@ -10,11 +10,11 @@ from slam.limits import FROM_START, STEP
 from slam.pose import FloatArray
 
 _FASTEST: Final = 15.0
-"""m/s."""
+"""Largest believable speed, m/s."""
 _LONGEST_GAP: Final = 60.0
-"""Seconds between two stamps that are believed."""
+"""Longest believable time between two stamps, seconds."""
 _AHEAD: Final = 10
-"""Number of poses among which the way comes back from an outlier; what does not come back is another start."""
+"""Number of poses within which the path returns from an outlier; a path that does not return is a new start."""
 Row = TypeVar("Row")
 
 
@@ -24,9 +24,9 @@ def drop_outliers(
     skip: Callable[[Row], None],
     notes: list[str],
 ) -> list[Row]:
-    """The rows without those whose pose is an outlier. ``pose_of`` gives stamp, x and y, seconds and metres.
+    """Drop the rows with outlying poses. ``pose_of`` gives stamp, x and y, seconds and metres.
 
-    ``skip`` is called for each outlier; a note names how far the first one lies, and the limit.
+    ``skip`` is called for each outlier; a note states the distance of the first one, and the limit.
     """
     if len(rows) < 2:
         return list(rows)
@@ -42,9 +42,9 @@ def drop_outliers(
 
 
 def outliers(stamps: FloatArray, positions: FloatArray) -> NDArray[np.bool_]:
-    """True for the positions (N, 2) that are outliers, (N,).
+    """Return True for the positions (N, 2) that are outliers, (N,).
 
-    They lie farther from those around them than wheels drive, or too far from the start.
+    Their distance from their neighbours is more than wheels can drive, or they are too far from the start.
     """
     out = np.zeros(len(stamps), np.bool_)
     last = 0
@@ -55,11 +55,11 @@ def outliers(stamps: FloatArray, positions: FloatArray) -> NDArray[np.bool_]:
             continue
         last = k - 1 if not out[k - 1] else last
         near = range(k + 1, min(k + 1 + _AHEAD, len(stamps)))
-        later = [j for j in near if j in jumps and _within_reach(stamps, positions, last, j)]  # it jumps back
+        later = [j for j in near if j in jumps and _within_reach(stamps, positions, last, j)]  # the path jumps back
         if later:
             out[k : later[0]] = True
         elif k < min(_AHEAD, len(stamps) - k):
-            out[:k] = True  # the start itself lies apart
+            out[:k] = True  # the start itself is the outlier
         last = max(last, later[0] if later else k)
     start = positions[np.argmin(out)]
     far: NDArray[np.bool_] = np.hypot(*(positions - start).T) > FROM_START.most
@@ -67,7 +67,7 @@ def outliers(stamps: FloatArray, positions: FloatArray) -> NDArray[np.bool_]:
 
 
 def _suspects(stamps: FloatArray, positions: FloatArray) -> list[int]:
-    """Indices of the positions that lie out of reach of the one before."""
+    """Return the indices of the positions that cannot be reached from the one before."""
     reach = STEP.most + _FASTEST * np.clip(np.diff(stamps), 0.0, _LONGEST_GAP)
     found: list[int] = (1 + np.flatnonzero(np.hypot(*np.diff(positions, axis=0).T) > reach)).tolist()
     return found

@@ -1,4 +1,4 @@
-"""Reading a recorded log whose format is known by its content; what only bags need is imported when there is one."""
+"""Reads a recorded log whose format is recognised from its content; modules for bags are imported only for bags."""
 
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
@@ -23,7 +23,7 @@ _NEED: Final = (
     "CARMEN messages, CMU L lines, URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
 )
 _HEAD: Final = 200
-"""The format shows in one of that many first lines."""
+"""Number of first lines in which the format must show."""
 _FORMATS: Final = ((carmen.recognises, carmen.read), (urg_text.recognises, urg_text.read))
 """A test for a line that can only be of this format, and the reader of the numbered lines."""
 
@@ -35,8 +35,8 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
     gzip; the laser scans and the odometry of a ROS 1 bag, of a folder of a ROS 2 bag, or of an MCAP file; or the folder
     of a run.
 
-    Lines that cannot be used are skipped and counted in ``Log.report``. Raises LogError, of one line, when the file
-    cannot be read, is no such log, holds no scan, or has more topics than one and ``topics`` chooses none.
+    Unusable lines are skipped and counted in ``Log.report``. Raises LogError, of one line, if the file cannot be read,
+    is not such a log, has no scan, or has several topics and ``topics`` chooses none.
     """
     path = Path(path)
     if (reader := _bag_reader(path)) is not None:
@@ -58,7 +58,7 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
 
 
 def _bag_reader(path: Path) -> Callable[[Path], Iterator[RawMessage]] | None:
-    """Reader of the messages of the bag at a path; None where there is no bag."""
+    """Return a reader of the messages of the bag at a path; None if it is not a bag."""
     if path.is_dir():
         return _folder_reader(path)
     try:
@@ -74,7 +74,7 @@ def _bag_reader(path: Path) -> Callable[[Path], Iterator[RawMessage]] | None:
 
 
 def _folder_reader(path: Path) -> Callable[[Path], Iterator[RawMessage]] | None:
-    """Reader of a run's log in its folder, or of a ROS 2 bag."""
+    """Return a reader of a run's log in its folder, or of a ROS 2 bag."""
     from slam.files.logs import rosbag2
 
     if (path / RUN_LOG).is_file() and not (path / rosbag2.METADATA).is_file():
@@ -95,7 +95,7 @@ def _rosbag2_file(path: Path) -> Iterator[RawMessage]:
 
 
 def _readable_lines(statistics: ReadStatistics) -> Generator[tuple[int, bytes], None, None]:
-    """The numbered lines as far as the file can be read."""
+    """Yield the numbered lines as far as the file can be read."""
     try:
         yield from read_lines(statistics.path)
     except TruncatedFile as cut:

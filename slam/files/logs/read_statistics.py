@@ -1,4 +1,4 @@
-"""Accounts of reading a log: what was read, what was skipped, and what was mended, each with its place in the file."""
+"""Statistics of reading a log: what was read, skipped, and repaired, each with its place in the file."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -16,14 +16,14 @@ class Tally:
     first: int
     last: int
     detail: str
-    """The first one more closely, such as a field and its value; may be empty."""
+    """Detail of the first one, such as a field and its value; may be empty."""
 
     def skipped(self, kind: str, unit: str) -> str:
-        """Count, kind, detail and interval, such as '1 impossible value: range_max nan, line 3'."""
+        """Format count, kind, detail and interval, such as '1 impossible value: range_max nan, line 3'."""
         return f"{self.count} {self._closely(kind)}, {self._place(unit)}"
 
     def mended(self, kind: str, unit: str) -> str:
-        """The same of a kind in the plural, such as 'stamps that do not increase (2: lines 3 to 9)'."""
+        """Format a kind in the plural, such as 'stamps that do not increase (2: lines 3 to 9)'."""
         return f"{self._closely(kind)} ({self.count}: {self._place(unit)})"
 
     def _closely(self, kind: str) -> str:
@@ -39,44 +39,44 @@ class ReadStatistics:
 
     path: Path
     unit: str = "line"
-    """Unit that the file is made of, in which its places are counted."""
+    """Unit of the file, line or message, in which places are counted."""
     ignored: Counter[str] = field(default_factory=Counter)
     """Messages of other types, by name."""
     notes: list[str] = field(default_factory=list)
     """Further remarks for the user."""
     lost: int = 0
-    """Scans among what was skipped."""
+    """Number of skipped scans."""
     _skips: dict[str, Tally] = field(default_factory=dict)
     _mended: dict[str, Tally] = field(default_factory=dict)
 
     @property
     def skipped(self) -> Counter[str]:
-        """Number of unusable lines, by what is wrong with them."""
+        """Number of unusable lines, by their fault."""
         return Counter({kind: tally.count for kind, tally in self._skips.items()})
 
     def skip(self, kind: str, place: int, detail: str = "", scan: bool = True) -> None:
-        """Count an unusable line or message, which was a scan or not."""
+        """Count an unusable line or message; ``scan`` if it was a scan."""
         self.lost += scan
         _count(self._skips, kind, place, detail)
 
     def is_full(self, scans: int) -> bool:
-        """True, which a note says, where these are more scans than are read of a log."""
+        """Return True, and note it, if these are more scans than the limit for a log."""
         excess = SCANS.excess(scans)
         if excess:
             self.notes.append(f"it is read no further: {excess}")
         return excess is not None
 
     def mend(self, kind: str, place: int, detail: str = "") -> None:
-        """Count one that is used although something was wrong with it; ``kind`` says what, in the plural."""
+        """Count a line that is used although something was wrong with it; ``kind`` says what, in the plural."""
         _count(self._mended, kind, place, detail)
 
     def report(self, scans: int) -> str:
-        """One line, such as '4791 scans, 3 lines skipped (2 truncated, lines 17 to 40; 1 not a number, line 20)'."""
+        """Format one line, such as '4791 scans, 3 lines skipped (2 truncated, lines 17 to 40)'."""
         mended = [tally.mended(kind, self.unit) for kind, tally in self._mended.items()]
         return "; ".join([", ".join([_number(scans, "scan"), *self._skipped()]), *mended, *self.notes])
 
     def no_scans(self, expected: str) -> LogError:
-        """The error of a log that has none."""
+        """Make the error of a log without a scan."""
         names = [f"{count} {name}" for name, count in self.ignored.most_common()]
         found = ", ".join([*names, *self._skipped()]) or "no message of a robot"
         return LogError("; ".join([f"{self.path}: no scan in this log: {found}", *self.notes, f"need {expected}"]))

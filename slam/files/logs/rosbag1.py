@@ -1,7 +1,7 @@
 """ROS 1 bags, format 2.0: http://wiki.ros.org/Bags/Format/2.0.
 
-The reader of the container is the project's own: bags of 2010 give a wrong length for their index records, on which
-rosbags gives up, and a bag that was cut has no index at all.
+The reader of the container is the project's own: bags of 2010 have a wrong length of their index records, which rosbags
+rejects, and a truncated bag has no index.
 """
 
 import io
@@ -20,7 +20,7 @@ from slam.limits import CHUNK
 MAGIC: Final = b"#ROSBAG V2.0\n"
 _MESSAGE, _INDEX, _CHUNK, _CONNECTION = 2, 4, 5, 7
 _INDEX_ENTRY: Final = 12
-"""Bytes: seconds, nanoseconds, offset."""
+"""Index entry, bytes: seconds, nanoseconds, offset."""
 _PACKINGS: Final = {b"none": "", b"bz2": "bz2", b"lz4": "lz4"}
 _DAMAGE: Final = (DamagedChunk, struct.error, KeyError, IndexError, ValueError, EOFError)
 _Header = dict[bytes, bytes]
@@ -28,10 +28,10 @@ _Connections = dict[bytes, tuple[str, str]]
 
 
 def messages(path: Path) -> Iterator[RawMessage]:
-    """The messages of all topics, a chunk in memory at a time.
+    """Yield the messages of all topics, with one chunk in memory at a time.
 
-    A damaged chunk is passed over; TruncatedFile after the last message of a bag that is cut, or where one was, and
-    where it unpacks to more than the limits allow.
+    A damaged chunk is skipped; TruncatedFile after the last message if the bag is truncated, had such a chunk, or
+    unpacks to more than the limits allow.
     """
     losses, ending = Losses(path, "chunk"), ""
     with path.open("rb") as file:
@@ -59,7 +59,7 @@ def _in_chunks(file: IO[bytes], path: Path, losses: Losses) -> Iterator[RawMessa
 
 
 def _messages(chunk: bytes, connections: _Connections) -> Iterator[RawMessage]:
-    """The messages of a chunk; the connections in it are added to those that are known."""
+    """Yield the messages of a chunk; its connections are added to the known ones."""
     for header, data in _records(io.BytesIO(chunk), {_CONNECTION, _MESSAGE}):
         if header[b"op"][0] == _CONNECTION:
             name = ros2_type(_fields(data).get(b"type", b"").decode())
@@ -80,9 +80,9 @@ def _unknown_packing(compression: bytes, path: Path) -> str:
 
 
 def _records(file: IO[bytes], wanted: set[int], cut: bool = False) -> Iterator[tuple[_Header, bytes]]:
-    """Header fields and data of each record of the wanted kinds.
+    """Yield header fields and data of each record of the wanted kinds.
 
-    EOFError for a last record that is cut, with ``cut`` after the whole part of it.
+    EOFError for a truncated last record, with ``cut`` after the whole part of it.
     """
     at = file.tell()
     end = file.seek(0, os.SEEK_END)
@@ -90,7 +90,7 @@ def _records(file: IO[bytes], wanted: set[int], cut: bool = False) -> Iterator[t
         file.seek(at)
         header = _fields(_sized(file, end))
         kind, (length,) = header[b"op"][0], struct.unpack("<I", _exactly(file, 4))
-        if kind == _INDEX:  # some recorders give a length that is not true
+        if kind == _INDEX:  # some recorders write a wrong length
             length = _INDEX_ENTRY * struct.unpack("<I", header[b"count"])[0]
         at = file.tell() + length
         if kind in wanted and (cut or at <= end):
@@ -100,7 +100,7 @@ def _records(file: IO[bytes], wanted: set[int], cut: bool = False) -> Iterator[t
 
 
 def _sized(file: IO[bytes], end: int) -> bytes:
-    """The bytes after their length."""
+    """Read a length and that number of bytes."""
     (length,) = struct.unpack("<I", _exactly(file, 4))
     if file.tell() + length > end:
         raise EOFError
@@ -117,7 +117,7 @@ def _exactly(file: IO[bytes], size: int) -> bytes:
 
 
 def _fields(header: bytes) -> _Header:
-    """``name=value`` fields, each after its length."""
+    """Parse ``name=value`` fields, each after its length."""
     fields, at = {}, 0
     while at < len(header):
         (size,) = struct.unpack_from("<I", header, at)

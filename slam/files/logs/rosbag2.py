@@ -1,6 +1,6 @@
 """Bags of ROS 2: a folder of sqlite3 or MCAP files, whole or packed with zstd, with or without its metadata.yaml.
 
-The reader is the project's own: that of rosbags unpacks without a bound, and gives up where one message is damaged.
+The reader is the project's own: that of rosbags unpacks without a limit, and fails at one damaged message.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ _TABLES: Final = """
 
 
 def is_bag(folder: Path) -> bool:
-    """True for the folder of a bag that has its metadata, or the files of one recording."""
+    """Return True for the folder of a bag that has its metadata, or the files of one recording."""
     recordings = {re.sub(r"(_[0-9]+)?\..*", "", path.name) for path in _recorded(folder)}
     return (folder / METADATA).is_file() or len(recordings) == 1
 
 
 def messages(folder: Path) -> Iterator[RawMessage]:
-    """The messages of all topics, file after file.
+    """Yield the messages of all topics, file after file.
 
-    LogError where there is no file of a bag; TruncatedFile after the last message where a file is damaged, cut, or
+    LogError if there is no file of a bag; TruncatedFile after the last message if a file is damaged, truncated, or
     unpacks to more than the limits allow.
     """
     notes = [] if (folder / METADATA).is_file() else [f"it has no {METADATA}, as after a recorder that was killed"]
@@ -57,7 +57,7 @@ def messages(folder: Path) -> Iterator[RawMessage]:
 
 
 def file_messages(path: Path) -> Iterator[RawMessage]:
-    """The messages of one file of a bag, whole or packed each by itself; raises TruncatedFile as ``messages`` does."""
+    """Yield the messages of one file of a bag, packed singly or not; raises TruncatedFile as ``messages`` does."""
     raws = _of_file(path)
     if (first := next(raws, None)) is not None:
         whole = chain([first], raws)
@@ -65,7 +65,7 @@ def file_messages(path: Path) -> Iterator[RawMessage]:
 
 
 def _files(folder: Path) -> list[Path]:
-    """The files that the metadata names, and those that are there where it does not, in the order of the recording."""
+    """Return the files that the metadata names, and further ones in the folder, in the order of the recording."""
     said = _metadata(folder)
     names = said.get("relative_file_paths")
     named = [folder / Path(name).name for name in names if isinstance(name, str)] if isinstance(names, list) else []
@@ -76,7 +76,7 @@ def _files(folder: Path) -> list[Path]:
 
 
 def _metadata(folder: Path) -> dict[str, Any]:
-    """Contents of the metadata; empty without any."""
+    """Return the contents of the metadata; empty without any."""
     if not (folder / METADATA).is_file():
         return {}
     try:
@@ -87,18 +87,18 @@ def _metadata(folder: Path) -> dict[str, Any]:
 
 
 def _recorded(folder: Path) -> list[Path]:
-    """The files of a recorder in the order of the numbers in their names."""
+    """Sort the files of a recorder by the numbers in their names."""
     found = [path for path in folder.iterdir() if path.name.endswith(_ENDINGS) and path.is_file()]
     return sorted(found, key=lambda path: [int(part) if part.isdigit() else part for part in _parts(path.name)])
 
 
 def _parts(name: str) -> list[str]:
-    """The name as text, number, text, number ..."""
+    """Split the name into text, number, text, number ..."""
     return re.split(r"([0-9]{1,9})", name)
 
 
 def _of_file(path: Path) -> Iterator[RawMessage]:
-    """The messages of a file, whose kind is known by its first bytes."""
+    """Yield the messages of a file; its first bytes show its kind."""
     with path.open("rb") as file:
         head = file.read(len(_SQLITE))
     if head.startswith(_ZSTD):
@@ -112,7 +112,7 @@ def _of_file(path: Path) -> Iterator[RawMessage]:
 
 
 def _of_packed_file(path: Path) -> Iterator[RawMessage]:
-    """The messages of a file that was packed as a whole: it is unpacked to a temporary one."""
+    """Yield the messages of a file that was packed as a whole: it is unpacked to a temporary one."""
     ending = ""
     with TemporaryDirectory(prefix="hopslam-bag-") as name:
         unpacked = Path(name) / path.stem
@@ -133,7 +133,7 @@ def _of_packed_file(path: Path) -> Iterator[RawMessage]:
 
 
 def _of_database(path: Path) -> Iterator[RawMessage]:
-    """The messages of a sqlite3 file in the order in which they were written, as far as it is whole."""
+    """Yield the messages of a sqlite3 file in the order in which they were written, as far as it is intact."""
     try:
         with closing(sqlite3.connect(f"file:{quote(str(path))}?immutable=1", uri=True)) as database:
             database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, CHUNK.most)
@@ -144,12 +144,12 @@ def _of_database(path: Path) -> Iterator[RawMessage]:
             for topic, kind, encoding, data, time in database.execute(_QUERY):
                 if isinstance(data, bytes) and isinstance(time, int):
                     yield RawMessage(str(topic), str(kind), str(encoding), data, time)
-    except (sqlite3.Error, UnicodeDecodeError) as error:  # the latter where its own message quotes damaged names
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # the latter if its message quotes damaged names
         raise TruncatedFile(path, f"the database is damaged, and what comes after that is lost ({error})") from error
 
 
 def _unpacked_messages(raws: Iterator[RawMessage], path: Path) -> Iterator[RawMessage]:
-    """Messages each of which is packed with zstd."""
+    """Unpack messages that are packed singly with zstd."""
     losses, unpacker, ending = Losses(path, "message"), Unpacker(), ""
     try:
         for number, raw in enumerate(raws, 1):

@@ -1,6 +1,6 @@
-"""Stamps that increase: equal, zero and garbled ones mended, and the steps of a clock undone, in the order of the file.
+"""Makes stamps increase: repairs equal, zero and garbled ones, and corrects clock steps, in the order of the file.
 
-The order of a file is that in which things happened, whatever a clock says; so no scan is given up for its stamp.
+The order of a file is taken as the true one, whatever the clock; so no scan is dropped because of its stamp.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from slam.files.logs.read_statistics import ReadStatistics
 from slam.pose import FloatArray
 
 _INTERVAL: Final = 0.1
-"""Seconds between two scans where nothing tells: most lidars turn ten times a second."""
+"""Seconds between two scans if unknown: most lidars turn ten times a second."""
 _RUN: Final = 3
-"""This many stamps that increase among themselves show a clock that was set back; fewer are garbled."""
+"""Number of stamps, increasing among themselves, that show a clock that was set back; fewer are garbled."""
 _LATE: Final = 1.0
-"""Seconds from a stamp to its receipt that may vary."""
+"""Largest variation of the delay from a stamp to its receipt, seconds."""
 
 
 class StampedScan(Protocol):
-    """A scan as it stands in a file: its place there, its time in seconds, and the hash of its readings."""
+    """A scan in a file: its index, its time in seconds, and the hash of its readings."""
 
     @property
     def line(self) -> int: ...
@@ -44,26 +44,26 @@ class Step(NamedTuple):
     after: int
     """Index of the first stamp after it."""
     seconds: float
-    """From the last stamp before it."""
+    """Step from the last stamp before it, seconds."""
 
 
 class Mended(NamedTuple):
-    """Stamps, seconds, strictly increasing, and what was done to them."""
+    """Stamps, seconds, strictly increasing, and the repairs made to them."""
 
     stamps: FloatArray
     garbled: Sequence[int]
-    """Indices of those that were set between their neighbours."""
+    """Indices of the stamps that were interpolated between their neighbours."""
     steps: Sequence[Step]
 
 
 class Clock(NamedTuple):
-    """The clock of a log: where it cannot be trusted, stamps are times of receipt plus ``offset`` seconds."""
+    """Clock of a log: if its stamps cannot be trusted, they are times of receipt plus ``offset`` seconds."""
 
     trusted: bool
     offset: float
 
     def times(self, stamps: FloatArray, received: FloatArray | None) -> tuple[FloatArray, list[int]]:
-        """Times of messages of a topic on this clock, and the indices of those whose own stamps are of another one."""
+        """Return the times of messages on this clock, and the indices of those whose own stamps use another clock."""
         if received is None or not len(stamps):
             return stamps, []
         received = increasing(received).stamps
@@ -74,7 +74,7 @@ class Clock(NamedTuple):
 
 
 def drop_repeats(rows: Sequence[Row], statistics: ReadStatistics) -> list[Row]:
-    """Drop rows that were written twice, whose stamp and readings are those of an earlier one."""
+    """Drop rows that were written twice, with the stamp and readings of an earlier one."""
     if _mostly_equal(np.array([row.stamp for row in rows])):
         return list(rows)
     seen: dict[float, Row] = {}
@@ -91,10 +91,9 @@ def drop_repeats(rows: Sequence[Row], statistics: ReadStatistics) -> list[Row]:
 def scan_times(
     stamps: FloatArray, received: FloatArray | None, places: Sequence[int], statistics: ReadStatistics
 ) -> tuple[FloatArray, Clock]:
-    """Strictly increasing times of scans with these stamps, seconds, and the clock that they are on.
+    """Return strictly increasing times of scans with these stamps, seconds, and their clock.
 
-    All that was mended is counted at its place.
-    ``received`` are the times at which the scans came to the recorder, where the log has them.
+    All repairs are counted at their places. ``received`` are the times of receipt of the scans, if the log has them.
     """
     if received is not None and (len(received) < 2 or _mostly_equal(received)):
         received = None
@@ -117,7 +116,7 @@ def _mended_times(
     for index in mended.garbled:
         statistics.mend("stamps that do not increase, set between their neighbours", places[index])
     for step in mended.steps:
-        statistics.mend("clock set back, undone", places[step.after], f"{step.seconds:.3f} s")
+        statistics.mend("clock that was set back, corrected", places[step.after], f"{step.seconds:.3f} s")
     if clock.trusted or received is None:
         return mended.stamps, clock
     return increasing(clock.times(stamps, received)[0]).stamps, clock
@@ -130,14 +129,14 @@ def _clock(stamps: FloatArray, received: FloatArray | None, trusted: bool) -> Cl
 
 
 def _mostly_equal(stamps: FloatArray) -> bool:
-    """True where the stamps of more than half of the neighbours are the same."""
+    """Return True if more than half of the neighbouring stamps are equal."""
     return len(stamps) > 1 and 2 * int(np.count_nonzero(np.diff(stamps) == 0.0)) > len(stamps) - 1
 
 
 def increasing(stamps: FloatArray) -> Mended:
-    """The stamps, strictly increasing in the order given.
+    """Return the stamps, strictly increasing in the given order.
 
-    A few that break the order are set between their neighbours; after a step back, time goes on after a usual interval.
+    A few stamps out of order are interpolated; after a step back, time continues after a usual interval.
     """
     if (np.diff(stamps) > 0.0).all():
         return Mended(stamps, (), ())
@@ -162,7 +161,10 @@ def _usual_interval(stamps: FloatArray) -> float:
 
 
 def _runs(stamps: list[float]) -> list[list[int]]:
-    """Indices of stamps that increase among themselves, in the order given; single ones that break it are left out."""
+    """Return indices of stamps that increase among themselves, in the given order.
+
+    Single stamps out of order are left out.
+    """
     kept, runs = set(longest_increasing(stamps)), list[list[int]]()
     for is_kept, group in groupby(range(len(stamps)), key=kept.__contains__):
         indices = list(group)
@@ -175,7 +177,7 @@ def _runs(stamps: list[float]) -> list[list[int]]:
 
 
 def _filled(times: FloatArray, interval: float) -> FloatArray:
-    """The times with a value for each that is nan: between its neighbours, or an interval beyond the last."""
+    """Replace each nan by a time between its neighbours, or an interval beyond the last."""
     known = np.flatnonzero(~np.isnan(times))
     index = np.arange(len(times))
     filled = np.interp(index, known, times[known])
@@ -186,9 +188,9 @@ def _filled(times: FloatArray, interval: float) -> FloatArray:
 
 
 def longest_increasing(values: Sequence[float]) -> list[int]:
-    """Indices of a longest strictly increasing subsequence; of equal neighbours the first stays.
+    """Return indices of a longest strictly increasing subsequence; of equal neighbours the first is kept.
 
-    Patience sorting (Fredman 1975), n log n: ``ends[k]`` is where the run of k + 1 values with the smallest end ends.
+    Patience sorting (Fredman 1975), n log n: ``ends[k]`` is the end of the run of k + 1 values with the smallest end.
     """
     tops: list[float] = []
     ends: list[int] = []

@@ -1,4 +1,4 @@
-"""Ranges of the scans of a log, read from its file again when they are asked for."""
+"""Ranges of the scans of a log, read from its file again on request."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from slam.files.fields import BadLine
 from slam.pose import FloatArray
 
 _RECENT: Final = 16
-"""Rows that are kept, for those who look back a little."""
+"""Number of rows kept in memory, for small steps back."""
 Part = TypeVar("Part")
 
 
 class StreamedRanges:
     """Rows of ranges, metres, one for each scan of a log, of which only the last few are in memory.
 
-    They come in the order of the file; who goes back farther than a few rows makes it be read from its begin again.
-    ``numpy.asarray`` reads all of them, shorter rows filled up with nan.
+    They are read in the order of the file; a larger step back reads it again from the start. ``numpy.asarray`` reads
+    all of them, shorter rows padded with nan; another process gets that array.
     """
 
     def __init__(self, path: Path, rows: Callable[[], Iterator[FloatArray]], beams: Iterable[int]) -> None:
-        """``rows`` reads the file once more; ``beams`` are the lengths of its rows."""
+        """Keep ``rows``, which reads the file again, and ``beams``, the lengths of its rows."""
         self._path = path
         self._read = rows
         self._beams = np.fromiter(beams, np.int64)
@@ -44,7 +44,7 @@ class StreamedRanges:
         return len(self._beams)
 
     def __getitem__(self, index: int) -> FloatArray:
-        """The row of that scan, read-only. LogError where the file is no longer what it was."""
+        """Return row ``index``, read-only. LogError if the file has changed."""
         index = range(len(self))[index]
         if index < self._next - len(self._recent):
             self._rows, self._next = self._read(), 0
@@ -58,6 +58,9 @@ class StreamedRanges:
         for index, beams in enumerate(self._beams.tolist()):
             ranges[index, :beams] = self[index]
         return ranges if dtype is None else ranges.astype(dtype)
+
+    def __reduce__(self) -> tuple[Callable[[FloatArray], FloatArray], tuple[FloatArray]]:
+        return np.asarray, (np.asarray(self),)
 
     def _read_next(self) -> FloatArray:
         try:
@@ -74,7 +77,7 @@ class StreamedRanges:
 
 
 def at_places(parts: Iterable[tuple[int, Part]], places: Iterable[int]) -> Iterator[Part]:
-    """The numbered parts of a file at these places, which increase."""
+    """Yield the numbered parts of a file at these increasing places."""
     wanted = iter(places)
     place = next(wanted, None)
     for number, part in parts:

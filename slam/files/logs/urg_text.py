@@ -1,4 +1,4 @@
-"""The text logs of a URG-04LX on a robot with wheel encoders that came with tinySLAM (mines1): one scan a line.
+"""The text logs of a URG-04LX on a robot with wheel encoders, as in tinySLAM (mines1): one scan per line.
 
 Column 0 is the time in microseconds, 2 and 3 the left and right encoder counts, 24 to 705 the 682 ranges in mm.
 """
@@ -24,7 +24,7 @@ from slam.odometry import wheel_motion
 from slam.pose import FloatArray, Pose2D, stack_poses
 
 _FAN: Final = replace(URG04LX.lidar, range_max=5.6)
-"""Beams begin at step 44, which is an assumption. 5.6 m is a URG-04LX's DMAX; 5 % of mines1 lie beyond 4.095 m."""
+"""First step of the beams, 44, which is an assumption. 5.6 m is a URG-04LX's DMAX; 5 % of mines1 are beyond 4.095 m."""
 _TIME_INCREMENT: Final = 0.1 / 1024
 """Seconds: 600 turns a minute of 1024 steps."""
 _T_BASE_LASER: Final = Pose2D(0.145, 0.0, 0.0)
@@ -33,9 +33,9 @@ _TRACK: Final = 2.0 * 0.165
 _FIRST_RANGE: Final = 24
 _END: Final = _FIRST_RANGE + _FAN.beams
 _COLUMNS: Final = (_END, _END + 1)
-"""The recorder ends a line with one more column, 0."""
+"""The recorder writes an additional column, 0, at the end of a line."""
 _ERROR_CODES: Final = 20
-"""Readings below 20 are no millimetres: 0 is no echo, the others name errors (SCIP 2.0 specification, table 3)."""
+"""Readings below 20 are not millimetres: 0 is no echo, the others are error codes (SCIP 2.0 specification, table 3)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +48,7 @@ class _Row:
 
 
 def recognises(line: bytes) -> bool:
-    """True for a scan of such a log."""
+    """Return True for a scan of such a log."""
     try:
         _parse(line.split(), 0)
     except BadLine:
@@ -57,7 +57,7 @@ def recognises(line: bytes) -> bool:
 
 
 def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
-    """The log in these numbered lines; LogError when there is not one scan."""
+    """Read the log in these numbered lines; LogError if there is no scan."""
     path, rows = statistics.path.resolve(), drop_repeats(list(_rows(lines, statistics)), statistics)
     if not rows:
         raise statistics.no_scans(f"lines of {_COLUMNS[-1]} columns")
@@ -108,14 +108,14 @@ def _parse(words: list[bytes], line: int) -> tuple[_Row, FloatArray]:
 
 
 def _ranges(readings: FloatArray) -> FloatArray:
-    """Readings in millimetres as metres, +inf for no echo and nan for an erroneous reading."""
+    """Convert readings in millimetres to metres, +inf for no echo and nan for an erroneous reading."""
     ranges = np.where(readings < _ERROR_CODES, np.nan, readings / 1000.0)
     ranges[(readings == 0.0) | (ranges > _FAN.range_max)] = np.inf
     return ranges
 
 
 def _dead_reckoning(rows: list[_Row]) -> FloatArray:
-    """``T_odom_base`` at every row from the encoder counts, shape (N, 3)."""
+    """Return ``T_odom_base`` at every row from the encoder counts, shape (N, 3)."""
     motions = (
         wheel_motion(_METRES_PER_COUNT * (b.left - a.left), _METRES_PER_COUNT * (b.right - a.right), _TRACK)
         for a, b in pairwise(rows)

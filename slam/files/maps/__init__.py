@@ -1,1 +1,1 @@
-"""Saved maps, to be continued or localised in."""
+"""Saved maps, for continued mapping or localisation."""

@@ -1,7 +1,7 @@
-"""A map on the disk: ``map.json``, a text of plain numbers that come back to the last bit.
+"""A map on the disk: ``map.json``, a text of plain numbers that are read back exactly.
 
-JSON, because every language reads it, an eye can, and nothing in it can be run; a line for each surfel, so that two
-maps can be compared line by line.
+The format is JSON, because every language and people can read it, and it contains no code; each surfel has a line, so
+that two maps can be compared line by line.
 """
 
 import json
@@ -62,7 +62,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
 
 
 def read_map(path: Path, config: SlamConfig) -> SavedSlam:
-    """The map, to be used with these settings. InputError names the file, the key and what is wrong."""
+    """Read the map, to be used with these settings. InputError names the file, the key and what is wrong."""
     section = required_section(config, path)
     document = _parse(path)
     require_cell(config, document.grid.cell, path)
@@ -86,7 +86,7 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
 
 
 def required_section(config: SlamConfig, name: object) -> SurfelMapConfig:
-    """The settings of the map; InputError for those of a method that cannot use a saved one, such as the paper's."""
+    """Return the settings of the map; InputError for a method that cannot use a saved map, such as the paper's."""
     if not isinstance(config.map, SurfelMapConfig):
         raise InputError(
             f"{name}: a saved map needs slam.mode=hopslam; these settings have slam.map.method=points; "
@@ -98,7 +98,7 @@ def required_section(config: SlamConfig, name: object) -> SurfelMapConfig:
 
 
 def require_cell(config: SlamConfig, cell: float, name: object) -> None:
-    """Require settings with cells of the size, metres, that the map of this name has."""
+    """Require settings with cells of the size, metres, that this map has."""
     expected = required_section(config, name).cell
     if cell != expected:
         cells = f"has cells of {cell:g} m, the settings {expected:g} m"
@@ -115,7 +115,7 @@ def _parse(path: Path) -> MapDocument:
 
 
 def _validation_message(errors: ValidationError) -> str:
-    """The first key that is wrong, another version before all else."""
+    """Return the first wrong key, but a wrong version before all others."""
     error = min(errors.errors(), key=lambda error: error["loc"] != ("version",))
     if error["loc"] == ("version",) and error["type"] != "missing":
         return f"version: this hopslam reads version {VERSION}, and not {error['input']!r}; map again, or update"
@@ -147,12 +147,12 @@ def _grid_text(grid: Grid) -> str:
 
 
 def _lines(items: list[Any]) -> str:
-    """A list with a line for each item."""
+    """Format a list with a line for each item."""
     return "[\n" + ",\n".join(map(json.dumps, items)) + "\n]"
 
 
 def _grid(saved: SavedGrid) -> Grid:
-    """The grid, with room for nothing more yet: it grows when something comes."""
+    """Make the grid, without spare room: it grows when surfels are added."""
     count = len(saved.surfels)
     table = np.array(saved.surfels, np.float64).reshape(count, BORN + 1)
     surfels = np.zeros((count, COLUMNS))

@@ -24,7 +24,7 @@ Size = Annotated[int, Field(gt=0)]
 
 
 class SavedGrid(Section):
-    """The grid of the map: surfels in lists, one list for each cell, and one of the places that are free."""
+    """The grid of the map: surfels in linked lists, one for each cell, and one of the free rows."""
 
     cell: Annotated[float, Field(gt=0)]
     corner: tuple[int, int]
@@ -33,10 +33,10 @@ class SavedGrid(Section):
     cells: tuple[CellRow, ...]
     surfels: tuple[SurfelRow, ...]
     evidence: tuple[EvidenceRow, ...] = ()
-    """Grid.evidence; none, in a map from before there was any."""
+    """Grid.evidence; empty in older maps."""
     way: Metres = 0.0
     born: tuple[float, ...] = ()
-    """The last column of the surfels; without it, as in older files, all were there from the first."""
+    """The last column of the surfels; without it, as in older files, all were there from the start."""
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
@@ -54,11 +54,11 @@ class SavedGrid(Section):
             self._walk(first, seen, (row, column))
         self._walk(self.free, seen, None)
         if not seen.all():
-            raise ValueError(f"surfels[{int(np.argmin(seen))}] is in no list")
+            raise ValueError(f"surfels[{int(np.argmin(seen))}] is not in any list")
         return self
 
     def _walk(self, k: int, seen: NDArray[np.bool_], place: tuple[int, int] | None) -> None:
-        """Mark a list; ValueError where it is not one, or holds what does not belong there."""
+        """Mark a list as visited; ValueError if it is not a list, or contains rows of another one."""
         while k >= 0:
             if k >= len(seen) or seen[k]:
                 raise ValueError(f"the list of {place or 'free places'} leads to surfel {k}, which is not its own")
@@ -69,7 +69,10 @@ class SavedGrid(Section):
 
 
 def _problem(surfel: SurfelRow, place: tuple[int, int] | None, cell: float) -> str:
-    """The fault of a surfel in the list of a cell, or in that of the free places (None); empty where there is none."""
+    """Return the fault of a surfel in the list of a cell, or in that of the free rows (None).
+
+    Empty if there is none.
+    """
     x, y, nx, ny, information, hits, misses, _ = surfel
     if place is None:
         return "is free but has hits" if hits != 0.0 else ""
@@ -83,7 +86,7 @@ def _problem(surfel: SurfelRow, place: tuple[int, int] | None, cell: float) -> s
 
 
 class _WithCovariance(Section):
-    """A base for what has a covariance."""
+    """Base of values with a covariance."""
 
     covariance: CovarianceRows
 
@@ -92,7 +95,7 @@ class _WithCovariance(Section):
         matrix = np.array(self.covariance)
         scale = max(float(np.abs(matrix).max()), 1e-300)
         if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-6 * scale:
-            raise ValueError("covariance is not symmetric with eigenvalues of 0 and more")
+            raise ValueError("covariance is not symmetric and positive semidefinite")
         return self
 
 
@@ -104,7 +107,7 @@ class SavedTile(_WithCovariance):
 
 
 class SavedFrontier(Section):
-    """The way since the last new tile: see slam/mapping/map_uncertainty.py."""
+    """Path since the last new tile: see slam/mapping/map_uncertainty.py."""
 
     began: PoseRow
     reach: Metres
@@ -113,7 +116,7 @@ class SavedFrontier(Section):
 
 
 class SavedDirections(Section):
-    """Directions of walls: see slam/mapping/directions.py. None, in a map from before there were any."""
+    """Directions of walls: see slam/mapping/directions.py. None in older maps."""
 
     total: Metres = 0.0
     clusters: Annotated[
@@ -122,7 +125,7 @@ class SavedDirections(Section):
 
 
 class SavedNoise(Section):
-    """The noise of the ranges: see slam/lines/learnt_noise.py. None, in a map from before it was learnt."""
+    """Noise of the ranges: see slam/lines/learnt_noise.py. None in older maps."""
 
     differences: tuple[Annotated[tuple[Metres, ...], Field(min_length=SIZES, max_length=SIZES)], ...] = ()
 
@@ -146,12 +149,12 @@ class SavedRobot(_WithCovariance):
     misfits: Annotated[int, Field(ge=0)]
     """SurfelMapperState.bad_matches."""
     excess: tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]] = (0.0, 0.0)
-    """SurfelMapperState.odometry_excess; none, in a map from before there was any."""
+    """SurfelMapperState.odometry_excess; empty in older maps."""
     stamp: float | None = None
-    """SurfelMapperState.stamp; none, in a map from before there was any."""
+    """SurfelMapperState.stamp; None in older maps."""
     tile: tuple[int, int] | None
     frontier: SavedFrontier | None = None
-    """MapUncertainty.frontier; none, in a map from before there was any."""
+    """MapUncertainty.frontier; empty in older maps."""
 
 
 class MapDocument(Section):
@@ -169,7 +172,7 @@ class MapDocument(Section):
     def _the_robot_is_in_a_tile(self) -> Self:
         tiles = [saved.tile for saved in self.tiles]
         if len(set(tiles)) < len(tiles):
-            raise ValueError("tiles: one is there twice")
+            raise ValueError("tiles: one occurs twice")
         if self.robot.tile is not None and self.robot.tile not in tiles:
-            raise ValueError(f"robot.tile {self.robot.tile} is none of the tiles")
+            raise ValueError(f"robot.tile {self.robot.tile} is not one of the tiles")
         return self

@@ -1,4 +1,4 @@
-"""Messages of ROS 1 and ROS 2 as this project's values; BadLine for bytes that are no such message."""
+"""Converts messages of ROS 1 and ROS 2 to this project's values; BadLine for invalid bytes."""
 
 import struct
 from math import atan2, hypot
@@ -16,11 +16,11 @@ from slam.scan import LaserScan
 
 _GARBLED: Final = (SerdeError, struct.error, ValueError, LookupError, AssertionError, OverflowError, MemoryError)
 _FAR: Final = 16.0
-"""Metres, from which single precision is coarser than a micrometre."""
+"""Metres from which single precision is coarser than a micrometre."""
 
 
 class Transform(NamedTuple):
-    """One of ``tf2_msgs/TFMessage``, seen from above."""
+    """A transform of ``tf2_msgs/TFMessage``, projected onto the plane."""
 
     stamp: float
     frame: str
@@ -28,13 +28,13 @@ class Transform(NamedTuple):
     pose: Pose2D
     """Pose of the child in the frame."""
     T_frame_child: FloatArray | None
-    """The same in space, (4, 4), where the z axes differ."""
+    """The same pose in space, (4, 4), if the z axes differ."""
     received: float
     """Time at which it was recorded, seconds."""
 
 
 class StampedPose(NamedTuple):
-    """``geometry_msgs/PoseStamped``, seen from above."""
+    """``geometry_msgs/PoseStamped``, projected onto the plane."""
 
     stamp: float
     frame: str
@@ -42,17 +42,17 @@ class StampedPose(NamedTuple):
 
 
 class StampedOdometry(NamedTuple):
-    """``nav_msgs/Odometry``, seen from above."""
+    """``nav_msgs/Odometry``, projected onto the plane."""
 
     odometry: Odometry
     child: str
-    """The frame of the base."""
+    """Name of the base frame."""
     received: float
     """Time at which it was recorded, seconds."""
 
 
 def decode(raw: RawMessage) -> Any:
-    """The message as rosbags reads it."""
+    """Decode the message with rosbags."""
     if raw.encoding not in ("cdr", "ros1"):
         raise BadLine(f"encoded as {raw.encoding or 'unknown'}")
     try:
@@ -64,9 +64,9 @@ def decode(raw: RawMessage) -> Any:
 
 
 def decimal_ranges(ranges: Any) -> FloatArray:
-    """Ranges in single precision as the decimals they stand for.
+    """Convert ranges in single precision to the decimals that they stand for.
 
-    Of a lidar that reports whole micrometres or millimetres, they are the very numbers.
+    For a lidar that reports whole micrometres or millimetres, the result is exact.
     """
     with np.errstate(invalid="ignore"):  # at the nan of a damaged message
         exact: FloatArray = ranges.astype(np.float64)
@@ -75,17 +75,17 @@ def decimal_ranges(ranges: Any) -> FloatArray:
 
 
 def exact_bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
-    """First bearing and step, given in single precision, as what they stand for: whole steps of a turn, or decimals."""
+    """Return first bearing and step, read in single precision, as exact values: whole steps of a turn, or decimals."""
     return whole_steps(angle_min, angle_increment) or (decimal(angle_min), decimal(angle_increment))
 
 
 def decimal(value: float) -> float:
-    """The short decimal that a number in single precision stands for."""
+    """Return the short decimal that a number in single precision stands for."""
     return float(str(np.float32(value)))
 
 
 def decode_scan(raw: RawMessage) -> LaserScan:
-    """A ``sensor_msgs/LaserScan``."""
+    """Decode a ``sensor_msgs/LaserScan``."""
     message = decode(raw)
     angle_min, angle_increment = exact_bearings(message.angle_min, message.angle_increment)
     return LaserScan(
@@ -101,7 +101,7 @@ def decode_scan(raw: RawMessage) -> LaserScan:
 
 
 def decode_odometry(raw: RawMessage) -> StampedOdometry:
-    """A ``nav_msgs/Odometry``."""
+    """Decode a ``nav_msgs/Odometry``."""
     message = decode(raw)
     pose, twist = message.pose.pose, message.twist.twist
     moving = Twist2D(twist.linear.x, twist.angular.z)
@@ -110,14 +110,14 @@ def decode_odometry(raw: RawMessage) -> StampedOdometry:
 
 
 def decode_pose(raw: RawMessage) -> StampedPose:
-    """A ``geometry_msgs/PoseStamped``."""
+    """Decode a ``geometry_msgs/PoseStamped``."""
     message = decode(raw)
     pose = _planar(message.pose.position, message.pose.orientation)
     return StampedPose(seconds(message.header), frame_name(message.header.frame_id), pose)
 
 
 def decode_twist(raw: RawMessage) -> Twist2D:
-    """A ``geometry_msgs/Twist`` or ``TwistStamped``: its speeds forward and about z."""
+    """Return the speeds forward and about z of a ``geometry_msgs/Twist`` or ``TwistStamped``."""
     message = decode(raw)
     twist = message.twist if raw.type == STAMPED_TWIST else message
     for name, value in (("linear.x", twist.linear.x), ("angular.z", twist.angular.z)):
@@ -127,24 +127,24 @@ def decode_twist(raw: RawMessage) -> Twist2D:
 
 
 def decode_unsure_pose(raw: RawMessage) -> StampedPose:
-    """A ``geometry_msgs/PoseWithCovarianceStamped``, without its covariance."""
+    """Decode a ``geometry_msgs/PoseWithCovarianceStamped``, without its covariance."""
     message = decode(raw)
     pose = _planar(message.pose.pose.position, message.pose.pose.orientation)
     return StampedPose(seconds(message.header), frame_name(message.header.frame_id), pose)
 
 
 def decode_transforms(raw: RawMessage) -> list[Transform]:
-    """The transforms in a ``tf2_msgs/TFMessage``."""
+    """Return the transforms in a ``tf2_msgs/TFMessage``."""
     return [_transform(placed, 1e-9 * raw.time) for placed in decode(raw).transforms]
 
 
 def seconds(header: Any) -> float:
-    """The stamp of a message."""
+    """Return the stamp of a message."""
     return round(float(header.stamp.sec) + 1e-9 * float(header.stamp.nanosec), 9)
 
 
 def frame_name(name: str) -> str:
-    """The name without the slash that some of ROS 1 put before it."""
+    """Return the name without the leading slash of old ROS 1 versions."""
     return name.lstrip("/")
 
 
@@ -157,7 +157,7 @@ def _transform(placed: Any, received: float) -> Transform:
 
 
 def _in_space(place: Any, q: Any) -> FloatArray:
-    """The pose as a matrix (4, 4); BadLine where it is none."""
+    """Return the pose as a matrix (4, 4); BadLine if it is invalid."""
     if not abs(place.z) <= LARGEST:
         raise impossible("z", place.z)
     x, y, z, w = np.array([q.x, q.y, q.z, q.w]) / hypot(q.x, q.y, q.z, q.w)
@@ -172,7 +172,7 @@ def _in_space(place: Any, q: Any) -> FloatArray:
 
 
 def _planar(point: Any, q: Any) -> Pose2D:
-    """Heading: where the x axis points, seen from above; of a level pose, to the last bit."""
+    """Return the direction of the x axis, projected onto the plane; exact for a level pose."""
     for name, value in {"x": point.x, "y": point.y, "qx": q.x, "qy": q.y, "qz": q.z, "qw": q.w}.items():
         if not abs(value) <= LARGEST:
             raise impossible(name, value)

@@ -16,12 +16,12 @@ _NO_INTENSITIES: Final = np.empty(0, np.float32)
 
 
 def nanoseconds(stamp: float) -> int:
-    """Seconds as the whole nanoseconds of a ROS time; what lies beyond its ends, 1970 and 2038, is cut to them."""
+    """Convert seconds to the whole nanoseconds of a ROS time, clipped to its limits, 1970 and 2038."""
     return round(1e9 * min(max(stamp, 0.0), float(_LAST_SECOND)))
 
 
 def _half_turn(theta: float) -> tuple[float, float]:
-    """Sine and cosine of half an angle, in the last bit such that the very angle is read back."""
+    """Return sine and cosine of half an angle, adjusted in the last bit so that exactly this angle is read back."""
     s, c = sin(theta / 2.0), cos(theta / 2.0)
     near = ((a, b) for a in _neighbours(s) for b in _neighbours(c) if 2.0 * atan2(a, b) == theta)
     return next(near, (s, c))
@@ -32,14 +32,14 @@ def _neighbours(value: float) -> tuple[float, float, float]:
 
 
 class Encoder:
-    """Values to the bytes of messages. Poses lie in the plane, z = 0."""
+    """Encodes values as messages. Poses lie in the plane, z = 0."""
 
     def __init__(self) -> None:
         self._store = ros2_types()
         self._types = self._store.types
 
     def scan(self, scan: LaserScan) -> bytes:
-        """``sensor_msgs/LaserScan`` in frame ``laser``; single precision, as that message has it."""
+        """Encode ``sensor_msgs/LaserScan`` in frame ``laser``, in single precision."""
         ranges = np.asarray(scan.ranges, np.float32)
         return self._cdr(
             LASER_SCAN, self._header(scan.stamp, "laser"), scan.angle_min, scan.angle_max, scan.angle_increment,
@@ -47,30 +47,30 @@ class Encoder:
         )  # fmt: skip
 
     def odometry(self, odometry: Odometry) -> bytes:
-        """``nav_msgs/Odometry`` of ``base_link`` in ``odom``; its covariances are zero: not known."""
+        """Encode ``nav_msgs/Odometry`` of ``base_link`` in ``odom``; its covariances are zero: not known."""
         twist, make = odometry.twist, self._make
         pose = make("geometry_msgs/msg/PoseWithCovariance", self._pose(odometry.T_odom_base), _NO_COVARIANCE)
         moving = make("geometry_msgs/msg/TwistWithCovariance", make(TWIST, *self._velocity(twist)), _NO_COVARIANCE)
         return self._cdr(ODOMETRY, self._header(odometry.stamp, "odom"), "base_link", pose, moving)
 
     def pose(self, stamp: float, frame: str, pose: Pose2D) -> bytes:
-        """``geometry_msgs/PoseStamped``: where ``base_link`` is in that frame."""
+        """Encode ``geometry_msgs/PoseStamped``, the pose of ``base_link`` in that frame."""
         return self._cdr(POSE, self._header(stamp, frame), self._pose(pose))
 
     def twist(self, twist: Twist2D) -> bytes:
-        """``geometry_msgs/Twist``."""
+        """Encode ``geometry_msgs/Twist``."""
         return self._cdr(TWIST, *self._velocity(twist))
 
     def stamped_twist(self, stamp: float, twist: Twist2D) -> bytes:
-        """``geometry_msgs/TwistStamped`` of ``base_link``."""
+        """Encode ``geometry_msgs/TwistStamped`` of ``base_link``."""
         return self._cdr(STAMPED_TWIST, self._header(stamp, "base_link"), self._make(TWIST, *self._velocity(twist)))
 
     def transforms(self, stamp: float, *transforms: tuple[str, str, Pose2D]) -> bytes:
-        """``tf2_msgs/TFMessage`` of (frame, child frame, pose of the child)."""
+        """Encode ``tf2_msgs/TFMessage`` of (frame, child frame, pose of the child)."""
         return self._cdr(TRANSFORMS, [self._transform(stamp, *transform) for transform in transforms])
 
     def definition(self, name: str) -> str:
-        """The text of a type and all that it is made of, as MCAP's schema encoding ``ros2msg`` has it."""
+        """Return the definition of a type and its parts in MCAP's schema encoding ``ros2msg``."""
         return self._store.generate_msgdef(name, ros_version=2)[0]
 
     def _transform(self, stamp: float, frame: str, child: str, pose: Pose2D) -> Any:

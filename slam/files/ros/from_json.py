@@ -1,4 +1,4 @@
-"""Messages written as JSON, as Foxglove sends them, in CDR."""
+"""Converts messages in JSON, as Foxglove sends them, to CDR."""
 
 import json
 from typing import Any, Final
@@ -13,11 +13,11 @@ from slam.files.ros.messages import ros2_types
 _UNUSABLE: Final = (SerdeError, ValueError, TypeError, LookupError, OverflowError, RecursionError, AttributeError)
 
 _LARGEST: Final = 64 * 1024
-"""Bytes: no message that a person or a panel publishes is larger."""
+"""Longest message, bytes: more than a person or a panel publishes."""
 
 
 def cdr_of_json(text: bytes, name: str) -> bytes:
-    """Return the message of this type in CDR; what the text leaves out is 0. BadLine for what is no such message."""
+    """Return the message of this type in CDR; missing fields are 0. BadLine for an invalid text."""
     if len(text) > _LARGEST:
         raise BadLine("too long")
     try:
@@ -35,7 +35,7 @@ def _message(name: str, given: Any) -> Any:
 
 
 def _field(definition: Any, given: Any) -> Any:
-    """The value of a field, or its zero where None is given."""
+    """Return the value of a field, or its zero for None."""
     kind, of = definition
     if kind == Nodetype.NAME:
         return _message(of, {} if given is None else given)

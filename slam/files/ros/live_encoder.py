@@ -1,4 +1,4 @@
-"""Messages that a running robot sends and no log has: its map, its joints, its battery, the time."""
+"""Messages of a running robot that are not in a log: map, joints, battery, time."""
 
 from collections.abc import Sequence
 from math import nan
@@ -13,23 +13,23 @@ from slam.pose import FloatArray, Pose2D
 from slam.robot import Battery
 
 _LINE_LIST: Final = 5
-"""Type of a ``visualization_msgs/Marker`` whose points are ends of lines, two by two."""
+"""Type LINE_LIST of a ``visualization_msgs/Marker``, whose points are the ends of lines in pairs."""
 _LINE_WIDTH: Final = 0.03
-"""Metres."""
+"""Width of the lines, metres."""
 _LINE_COLOUR: Final = 0.85, 0.15, 0.10, 1.0
 _PLANAR: Final = np.array([0, 1, 5])
 """Rows of x, y and the turn about z in the covariance (6, 6) of a pose in space."""
 
 
 class LiveEncoder(Encoder):
-    """An encoder that has the messages of a running robot too."""
+    """Encodes the additional messages of a running robot."""
 
     def clock(self, stamp: float) -> bytes:
-        """``rosgraph_msgs/Clock``: the present time."""
+        """Encode ``rosgraph_msgs/Clock`` with the present time."""
         return self._cdr(CLOCK, self._time(stamp))
 
     def unsure_pose(self, stamp: float, pose: Pose2D, covariance: FloatArray | None) -> bytes:
-        """``geometry_msgs/PoseWithCovarianceStamped`` in frame ``map``.
+        """Encode ``geometry_msgs/PoseWithCovarianceStamped`` in frame ``map``.
 
         ``covariance`` (3, 3) is of x, y and theta; None, not known, is sent as zeros.
         """
@@ -40,11 +40,11 @@ class LiveEncoder(Encoder):
         return self._cdr(UNSURE_POSE, self._header(stamp, "map"), placed)
 
     def joints(self, stamp: float, names: Sequence[str], angles: FloatArray, speeds: FloatArray) -> bytes:
-        """``sensor_msgs/JointState``: angles in radians, speeds in rad/s."""
+        """Encode ``sensor_msgs/JointState``: angles in radians, speeds in rad/s."""
         return self._cdr(JOINTS, self._header(stamp, ""), list(names), angles, speeds, np.empty(0))
 
     def battery(self, stamp: float, battery: Battery | None) -> bytes:
-        """``sensor_msgs/BatteryState``: its voltage, nan where nobody knows; all other values are not known."""
+        """Encode ``sensor_msgs/BatteryState``: the voltage, nan if unknown; all other values are unknown."""
         volts = nan if battery is None else battery.volts
         none, status, health, technology = np.empty(0, np.float32), 0, 0, 0
         return self._cdr(
@@ -53,10 +53,10 @@ class LiveEncoder(Encoder):
         )  # fmt: skip
 
     def grid(self, stamp: float, cells: NDArray[np.int8], corner: FloatArray, cell: float) -> bytes:
-        """``nav_msgs/OccupancyGrid`` in frame ``map``, of cells (rows, columns), the lowest row first.
+        """Encode ``nav_msgs/OccupancyGrid`` in frame ``map``, of cells (rows, columns), the lowest row first.
 
-        ``corner`` (2,) is the outer corner of cell [0, 0], and ``cell`` the side of each, metres. A cell has 0 where it
-        is free, 100 where it is occupied, -1 where that is not known.
+        ``corner`` (2,) is the outer corner of cell [0, 0], and ``cell`` the side of each, metres. A cell is 0 if free,
+        100 if occupied, -1 if unknown.
         """
         rows, columns = cells.shape
         origin = self._pose(Pose2D(float(corner[0]), float(corner[1])))
@@ -64,7 +64,7 @@ class LiveEncoder(Encoder):
         return self._cdr(GRID, self._header(stamp, "map"), info, cells.ravel())
 
     def lines(self, stamp: float, ends: FloatArray) -> bytes:
-        """``visualization_msgs/MarkerArray`` in frame ``map``: one list of the lines with these ends (N, 2, 2)."""
+        """Encode ``visualization_msgs/MarkerArray`` in frame ``map``: a list of lines with these ends (N, 2, 2)."""
         make = self._make
         points = [make("geometry_msgs/msg/Point", x, y, 0.0) for x, y in ends.reshape(-1, 2).tolist()]
         colour = make("std_msgs/msg/ColorRGBA", *_LINE_COLOUR)
@@ -77,11 +77,11 @@ class LiveEncoder(Encoder):
         return self._cdr(MARKERS, [marker])
 
     def text(self, text: str) -> bytes:
-        """``std_msgs/String``."""
+        """Encode ``std_msgs/String``."""
         return self._cdr(TEXT, text)
 
     def _no_mesh(self) -> tuple[Any, ...]:
-        """The last fields of a marker, which a list of lines does not use."""
+        """Return the last fields of a marker, which a list of lines does not use."""
         none = np.empty(0, np.uint8)
         texture = self._make("sensor_msgs/msg/CompressedImage", self._header(0.0, ""), "", none)
         return "", texture, [], "", "", self._make("visualization_msgs/msg/MeshFile", "", none), False

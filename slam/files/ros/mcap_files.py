@@ -1,4 +1,4 @@
-"""MCAP files, written as they grow and read to their end or to where they were cut: https://mcap.dev/spec."""
+"""MCAP files, written scan by scan, and read up to their end or damage: https://mcap.dev/spec."""
 
 import struct
 import zlib
@@ -28,7 +28,7 @@ class McapWriter:
     """Messages in CDR on the topics of a run, appended to a file in chunks packed with zstd."""
 
     def __init__(self, path: Path, encoder: Encoder, chunk_size: int) -> None:
-        """A new file, whose chunks go to the system as soon as they hold ``chunk_size`` bytes."""
+        """Begin a new file; a chunk is written as soon as it has ``chunk_size`` bytes."""
         self._encoder = encoder
         self._file = WholeFile(path)
         self._writer = Writer(cast("IO[bytes]", self._file), chunk_size=chunk_size)
@@ -46,7 +46,7 @@ class McapWriter:
         self._writer.add_metadata(name, values)
 
     def close(self) -> None:
-        """Write the index, and put everything on the disk."""
+        """Write the index, and sync everything to the disk."""
         with closing(self._file):
             self._writer.finish()  # type: ignore[no-untyped-call]  # mcap types most, not all
 
@@ -60,10 +60,10 @@ class McapWriter:
 
 
 def mcap_messages(path: Path) -> Generator[RawMessage]:
-    """The messages of all topics, a chunk in memory at a time.
+    """Yield the messages of all topics, with one chunk in memory at a time.
 
-    OSError where the file cannot be opened; a damaged chunk is passed over. TruncatedFile after the last message of a
-    file that is cut, or where a chunk was damaged, and where it unpacks to more than the limits allow.
+    OSError if the file cannot be opened; a damaged chunk is skipped. TruncatedFile after the last message if the file
+    is truncated, a chunk was damaged, or it unpacks to more than the limits allow.
     """
     losses, ending = Losses(path, "chunk"), ""
     with path.open("rb") as file:
@@ -79,9 +79,9 @@ def mcap_messages(path: Path) -> Generator[RawMessage]:
 
 
 def mcap_note(path: Path, name: str) -> dict[str, str]:
-    """The metadata record of this name before the first message.
+    """Return the metadata record of this name before the first message.
 
-    Empty where there is none. OSError where the file cannot be opened.
+    Empty if there is none. OSError if the file cannot be opened.
     """
     with path.open("rb") as file, suppress(*_DAMAGE):
         for record in StreamReader(_Whole(file), emit_chunks=True, record_size_limit=CHUNK.most).records:  # type: ignore[arg-type]
@@ -106,14 +106,14 @@ def _messages(file: IO[bytes], losses: Losses) -> Iterator[RawMessage]:
 
 
 class _Topics:
-    """The channels and schemas met so far."""
+    """The channels and schemas read so far."""
 
     def __init__(self) -> None:
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
 
     def message(self, record: McapRecord) -> Iterator[RawMessage]:
-        """The message, where the record is one; KeyError where its channel or schema is not known."""
+        """Return the message in a record, if it is one; KeyError if its channel or schema is unknown."""
         if isinstance(record, Schema):
             self._schemas[record.id] = record
         elif isinstance(record, Channel):
@@ -125,7 +125,7 @@ class _Topics:
 
 
 def _unpacked(chunk: Chunk, unpacker: Unpacker) -> bytes:
-    """The records of the chunk. DamagedChunk where their sum is wrong, KeyError for a packing that is not known."""
+    """Yield the records of the chunk. DamagedChunk for a wrong checksum, KeyError for an unknown packing."""
     data = unpacker.chunk(chunk.compression, chunk.data) if chunk.compression else chunk.data
     if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
         raise DamagedChunk("its sum is wrong")
@@ -133,7 +133,7 @@ def _unpacked(chunk: Chunk, unpacker: Unpacker) -> bytes:
 
 
 def _records(chunk: bytes) -> Iterator[McapRecord]:
-    """The schemas, channels and messages in the data of a chunk."""
+    """Yield the schemas, channels and messages in the data of a chunk."""
     stream = ReadDataStream(_Whole(BytesIO(chunk)))  # type: ignore[arg-type]
     while stream.count < len(chunk):
         opcode, length = stream.read1(), stream.read8()
@@ -147,7 +147,7 @@ def _records(chunk: bytes) -> Iterator[McapRecord]:
 
 
 class _Whole:
-    """A file of which what is asked for is read whole; EOFError where it is cut, or too much is asked for."""
+    """A file whose reads return all requested bytes; EOFError if it is truncated, or the request is too large."""
 
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file

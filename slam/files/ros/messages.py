@@ -1,4 +1,4 @@
-"""Messages of a bag in whatever container, and the topics and message types of ROS."""
+"""Messages of bags in any container, and the topics and message types of ROS."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ class RawMessage(NamedTuple):
 
     topic: str
     type: str
-    """Type as ROS 2 writes it, such as ``sensor_msgs/msg/LaserScan``; that of ROS 1 is brought to this form."""
+    """Type in the form of ROS 2, such as ``sensor_msgs/msg/LaserScan``; types of ROS 1 are converted."""
     encoding: str
     """``cdr`` or ``ros1``."""
     data: bytes
     time: int
-    """Time at which it was logged, nanoseconds."""
+    """Time of logging, nanoseconds."""
 
 
 def ros2_type(name: str) -> str:
-    """``package/msg/Name`` of the ``package/Name`` of ROS 1; the older name of TFMessage is brought to the newer."""
+    """Return ``package/msg/Name`` for the ``package/Name`` of ROS 1; the older name of TFMessage is replaced."""
     if name == "tf/tfMessage":
         return "tf2_msgs/msg/TFMessage"
     package, _, rest = name.partition("/")
@@ -57,7 +57,7 @@ def ros2_type(name: str) -> str:
 @cache
 def ros2_types() -> Typestore:
     """Message types of ROS 2 Humble; those used here are the same in every later one."""
-    from rosbags.typesys import Stores, get_typestore  # late: it takes long to load, and only bags need it
+    from rosbags.typesys import Stores, get_typestore  # here, as it takes long to load, and only bags need it
 
     return get_typestore(Stores.ROS2_HUMBLE)
 

@@ -1,4 +1,4 @@
-"""A robot driven around squares, and its wheels fitted to them."""
+"""Drives a robot around squares, and fits its wheels to them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from slam.scenario.hardware_config import FIRMWARE_TRACK
 from slam.scenario.schema import Scenario
 
 _LONG_ENOUGH = 1e5
-"""Seconds: the squares end the drive, and not the scenario's duration."""
-_LEGS_A_LAP = 8
+"""Duration, seconds: the drive ends after the squares, and not after the scenario's duration."""
+_LEGS_PER_LAP = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """The drive, what was fitted to it, and what the odometry believed the track to be, metres."""
+    """The drive, the result of the fit, and the track that the odometry assumed, metres."""
 
     legs: Sequence[Leg]
     fit: WheelFit
@@ -37,7 +37,7 @@ class Calibration:
 
     @property
     def _squares(self) -> list[Sequence[Leg]]:
-        return [self.legs[at : at + _LEGS_A_LAP] for at in range(0, len(self.legs), _LEGS_A_LAP)]
+        return [self.legs[at : at + _LEGS_PER_LAP] for at in range(0, len(self.legs), _LEGS_PER_LAP)]
 
     @property
     def laps(self) -> list[Leg]:
@@ -45,9 +45,9 @@ class Calibration:
         return [_joined(square) for square in self._squares]
 
     def worst_closing_error(self, fit: WheelFit) -> float:
-        """UMBmark's E_max,syst, metres: the distance by which the odometry of this fit misses the end of a square.
+        """UMBmark's E_max,syst, metres: the distance by which the odometry with this fit misses the end of a square.
 
-        It is the mean of all squares that went one way; the worse way of both.
+        It is the mean over all squares in one direction; the larger of both.
         """
         misses = [displacement(corrected(lap.odometry, self.track, fit)) - displacement(lap.truth) for lap in self.laps]
         both = np.array(misses).reshape(2, -1, 2).mean(axis=1)
@@ -57,9 +57,9 @@ class Calibration:
 def calibrate(
     scenario: Scenario, square: Square, backend: str, on_leg: Callable[[int], object], **options: bool
 ) -> Calibration:
-    """Drive, and fit: against the truth where the back end knows it, else against SLAM.
+    """Drive, and fit: against the true pose if the back end knows it, else against SLAM.
 
-    ``on_leg`` hears of every leg that is done. ``options`` are the back end's own.
+    ``on_leg`` is called after every leg. ``options`` are the back end's own.
     """
     scenario = scenario.model_copy(update={"duration": _LONG_ENOUGH})
     slam = LineSlam(scenario.slam, scenario.lidar.mount.pose, scenario.robot.start.pose, scenario.seed)
@@ -79,21 +79,21 @@ def calibrate(
 
 
 def require_backend(backend: str) -> None:
-    """ScenarioError for a back end without wheels of its own."""
+    """Raise ScenarioError for a back end without wheels of its own."""
     if backend not in ("sim", "hardware"):
         raise ScenarioError(f"--backend {backend}: only sim and hardware have wheels to calibrate; choose one of them")
 
 
 def believed_track(scenario: Scenario, backend: str) -> float:
-    """Track in which the odometry of this back end believes, metres."""
+    """Return the track that the odometry of this back end assumes, metres."""
     return scenario.robot.odometry.track if backend == "sim" else FIRMWARE_TRACK * scenario.hardware.track_scale
 
 
 def wheel_settings(scenario: Scenario, backend: str, fit: WheelFit) -> dict[str, dict[str, object]]:
-    """The keys of a scenario that make the odometry right.
+    """Return the keys of a scenario that correct the odometry.
 
-    In the simulator they are what the firmware believes; on the robot, whose firmware keeps its beliefs, what the
-    driver makes of its reports.
+    In the simulator they are assumptions of the firmware; on the robot, whose firmware cannot change, they are
+    corrections of its reports in the driver.
     """
     if backend == "sim":
         wheels = scenario.robot.odometry
@@ -113,7 +113,7 @@ def wheel_settings(scenario: Scenario, backend: str, fit: WheelFit) -> dict[str,
 
 
 def _joined(legs: Sequence[Leg]) -> Leg:
-    """One leg after the other: each begins with the pose that the one before ended with."""
+    """Yield one leg after the other: each begins with the last pose of the one before."""
 
     def whole(parts: list[FloatArray]) -> FloatArray:
         return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])

@@ -1,4 +1,4 @@
-"""Results of a calibration: a table, a picture of the squares, and a scenario on top of another."""
+"""Results of a calibration: a table, a picture of the squares, and a scenario with the calibrated wheels."""
 
 from pathlib import Path
 
@@ -17,12 +17,12 @@ from slam.scenario.shipped import find_scenario, shipped_scenarios
 
 
 def summary(calibration: Calibration) -> TerminalTable:
-    """The factors, what they make of the wheels, and UMBmark's figure before and after."""
+    """Describe the factors, the resulting wheels, and UMBmark's figure before and after."""
     fit, errors = calibration.fit, calibration.errors
     factors = (
-        ("left wheel, true way per way reported", fit.left, errors.left),
+        ("left wheel, true per reported distance", fit.left, errors.left),
         ("right wheel, the same", fit.right, errors.right),
-        ("track, true per believed", fit.track, errors.track),
+        ("track, true per assumed", fit.track, errors.track),
     )
     rows = [(name, f"{value:.5f} +- {2.0 * error:.5f}") for name, value, error in factors]
     rows.append(("right wheel to left wheel", f"{fit.right / fit.left:.5f}"))
@@ -33,7 +33,7 @@ def summary(calibration: Calibration) -> TerminalTable:
 
 
 def draw_squares(path: Path, calibration: Calibration) -> None:
-    """Write the picture, whose suffix names its format; metres, each square in the frame of its start."""
+    """Write the picture, whose suffix is its format; metres, each square in the frame of its start."""
     figure = Figure(figsize=(10, 5.4), dpi=110, layout="constrained")
     before, after = figure.subplots(1, 2, sharex=True, sharey=True)
     _draw(before, calibration, WheelFit(), "before")
@@ -59,18 +59,18 @@ def _draw(axes: Axes, calibration: Calibration, fit: WheelFit, title: str) -> No
 
 
 def from_start(poses: FloatArray) -> FloatArray:
-    """X and y (K, 2) of poses (K, 3) in the frame of the first."""
+    """Return x and y (K, 2) of poses (K, 3) in the frame of the first."""
     return Pose2D(*poses[0]).inverse().transform(poses[:, :2])
 
 
 def extends_value(name: str) -> str:
-    """Value of ``extends`` in the file: a shipped scenario's name, or a path; ScenarioError for neither."""
+    """Return the value of ``extends`` for the file: a shipped scenario's name, or a path; ScenarioError for neither."""
     path = find_scenario(name)
     return name if name in shipped_scenarios() and not Path(name).is_file() else str(path.resolve())
 
 
 def write_wheels(path: Path, extends: str, scenario: Scenario, backend: str, calibration: Calibration) -> None:
-    """Write the file; InputError where that is not possible."""
+    """Write the file; InputError if that fails."""
     squares = f"{len(calibration.laps)} squares against {calibration.against}"
     content = {
         "extends": extends,

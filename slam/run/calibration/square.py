@@ -1,7 +1,7 @@
-"""UMBmark's squares: sides and quarter turns on the odometry alone, clockwise and counter-clockwise.
+"""UMBmark's squares: sides and quarter turns by odometry alone, clockwise and counter-clockwise.
 
-Borenstein and Feng, IEEE T-RA 12(6), 1996: an error of the wheels that turns the one way's square open turns the
-other's closed, so driving both ways tells the errors apart.
+Borenstein and Feng, IEEE T-RA 12(6), 1996: different errors of the wheels open or close the squares of the two
+directions in different ways, so driving both directions separates the errors.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,15 +17,15 @@ from slam.robot import Observation, Robot
 from slam.run.calibration.wheel_fit import Leg
 
 _NEAR, _ALIGNED = 0.005, 0.01
-"""Metres and radians from its end at which a leg is over; where it ends does not matter, but that it is measured."""
+"""Metres and radians from its end at which a leg is over; its end need not be exact, as it is measured."""
 _SLOWEST: Final = Twist2D(0.02, 0.04)
 _STILL: Final = 3
-"""Scans in a row without motion: the base stands, and scan and odometry mean the same place."""
+"""Number of scans without motion after which scan and odometry surely belong to the same pose."""
 
 
 @dataclass(frozen=True, slots=True)
 class Square:
-    """Metres, m/s and rad/s; ``laps`` each way."""
+    """Square to drive: metres, m/s and rad/s; ``laps`` in each direction."""
 
     size: float = 2.0
     laps: int = 2
@@ -40,7 +40,7 @@ class Square:
 
 
 class SquareDrive:
-    """Drives a robot leg by leg; ``locate`` says where the base is at an observation."""
+    """Drives a robot leg by leg; ``locate`` returns the pose of the base at an observation."""
 
     def __init__(self, robot: Robot, locate: Callable[[Observation], Pose2D]) -> None:
         self._robot = robot
@@ -48,7 +48,7 @@ class SquareDrive:
         self._odometry, self._truth = self._look()
 
     def drive(self, square: Square) -> Iterator[Leg]:
-        """Sides and turns in their order; RobotError when the robot touches something, or gives no more scans."""
+        """Drive sides and turns in order; RobotError if the robot touches something, or gives no more scans."""
         heading = self._odometry.theta
         for turn in square.turns:
             yield self._leg(partial(self._ahead, square, heading))

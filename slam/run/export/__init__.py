@@ -1,1 +1,1 @@
-"""A run in the formats of other tools: formats.py has the table of them."""
+"""Export of a run in the formats of other tools, listed in formats.py."""

@@ -15,14 +15,14 @@ from slam.run.results.run_log import logged_messages
 from slam.run.results.run_record import RunRecord
 
 _CHUNK_SIZE: Final = 1 << 20
-"""Bytes, as usual for recorders."""
+"""Size of a chunk, bytes, as usual for recorders."""
 _VERSION: Final = 8
 _NEVER: Final = QosTime(2147483647, 4294967295)
 _LATCHED: Final = Qos(
     QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, _NEVER, _NEVER,
     QosLiveliness.AUTOMATIC, _NEVER, False,
 )  # fmt: skip
-"""Quality of service by which late listeners get the static transforms too."""
+"""Quality of service with which late listeners get the static transforms too."""
 
 
 def write_mcap(record: RunRecord, out: Path) -> None:

@@ -1,7 +1,7 @@
 """The log of a run as CARMEN text: ``PARAM``, and for each scan ``ODOM``, ``TRUEPOS`` and ``ROBOTLASER1``.
 
-What the messages have no field for stands in ``PARAM hopslam_...`` lines, which other readers pass by: see
-slam/files/logs/carmen_message.py. With it, a replay gives the same run.
+Values without a field in these messages are in ``PARAM hopslam_...`` lines, which other readers ignore: see
+slam/files/logs/carmen_message.py. With them, a replay gives the same run.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from slam.run.results.run_record import RunRecord
 
 _HOST: Final = "hopslam"
 _STEP: Final = 1e-6
-"""Metres by which a reading at the very reach of the lidar is drawn in, as CARMEN has that mean no echo."""
+"""Metres by which a reading at exactly the range limit is shortened, as that means no echo in CARMEN."""
 
 
 def write_carmen(record: RunRecord, out: Path) -> None:
@@ -49,7 +49,10 @@ def _messages(seen: Observation, T_base_laser: Pose2D) -> Iterator[str]:
 
 
 def _scan(seen: Observation) -> str:
-    """``type start fov resolution max_range accuracy remission_mode n ranges[n]``; 0 m for a reading that is void."""
+    """Format ``type start fov resolution max_range accuracy remission_mode n ranges[n]``.
+
+    0 m for an invalid reading.
+    """
     scan = seen.scan
     reach = scan.range_max
     measured = np.minimum(scan.ranges, reach - _STEP)

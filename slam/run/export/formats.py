@@ -1,4 +1,4 @@
-"""The formats by name; what writes one is imported when it is asked for."""
+"""The formats by name; the writer of a format is imported when it is used."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ FORMATS: Final[dict[Format, str]] = {
     "rosbag2": "slam.run.export.bags:write_rosbag2",
     "g2o": "slam.run.export.g2o:write_g2o",
 }
-"""Function of a RunRecord and a path that writes each format."""
+"""Function that writes a RunRecord to a path, for each format."""
 
 
 def export(record: RunRecord, to: str, out: Path, force: bool = False) -> None:
     """Write a run in that format to ``out``: a file, or a folder for ``ros`` and ``rosbag2``.
 
-    InputError for an unknown format, for what is already there, and for what the run does not have. With ``force`` a
-    file that is already there is replaced; a folder never is.
+    InputError for an unknown format, for an existing path, and for data that the run does not have. With ``force`` an
+    existing file is replaced; a folder never is.
     """
     if to not in FORMATS:
         raise InputError(f"--to {to}: no such format; there are {', '.join(FORMATS)}")

@@ -1,8 +1,8 @@
 """The graph of a run in the format of g2o, which GTSAM and most other solvers read too.
 
-The error of an edge is measured^-1 (first^-1 second) there, in the axes of the second node where the edge has it; ours
-is in those of the first, so the information is turned. That of a loop is weighed by how far the loop is believed: a
-solver without a robust kernel comes to the same poses.
+In g2o the error of an edge is measured^-1 (first^-1 second), in the axes of the second node; ours is in those of the
+first, so the information is rotated. That of a loop is multiplied by the loop's weight: so a solver without a robust
+kernel finds the same poses.
 """
 
 from collections.abc import Iterator
@@ -44,7 +44,7 @@ def _rows(graph: RunGraph) -> Iterator[str]:
 
 
 def turned_to_second(edges: Edges) -> FloatArray:
-    """The information (E, 3, 3) in the axes of the second nodes, where the edges have these."""
+    """Return the information (E, 3, 3) in the axes of the second nodes, the convention of g2o."""
     c, s = np.cos(edges.measured[:, 2]), np.sin(edges.measured[:, 2])
     R = np.zeros((len(c), 3, 3))
     R[:, 0, 0], R[:, 0, 1], R[:, 1, 0], R[:, 1, 1], R[:, 2, 2] = c, -s, s, c, 1.0

@@ -11,9 +11,9 @@ from slam.named_code import import_optional
 from slam.run.results.run_record import RunRecord
 
 _MARGIN: Final = 0.5
-"""Metres around all that is drawn."""
+"""Metres around the drawing."""
 _PIXELS: Final = 1200.0
-"""Length of the longer side, where a viewer asks; it can be scaled at will."""
+"""Length of the longer side, for viewers that need one; the picture scales freely."""
 _PAGE: Final = """\
 <svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" \
 viewBox="{left:.3f} {top:.3f} {w:.3f} {h:.3f}">
@@ -22,7 +22,7 @@ viewBox="{left:.3f} {top:.3f} {w:.3f} {h:.3f}">
 <g id="walls" stroke="black" stroke-width="0.04">
 {walls}
 </g>
-<polyline id="trajectory" stroke="#0072b2" stroke-width="0.03" points="{way}"/>
+<polyline id="trajectory" stroke="#0072b2" stroke-width="0.03" points="{path}"/>
 </g>
 </svg>
 """
@@ -42,27 +42,27 @@ def write_geojson(record: RunRecord, out: Path) -> None:
 
 
 def write_dxf(record: RunRecord, out: Path) -> None:
-    """Write layer WALLS, and the way of the robot on layer TRAJECTORY. InputError where ezdxf is not installed."""
+    """Write layer WALLS, and the robot's path on layer TRAJECTORY. InputError if ezdxf is not installed."""
     drawing = import_optional("ezdxf", "export").new("R2010", units=6)  # metres
     drawing.layers.add("WALLS", color=7)
     drawing.layers.add("TRAJECTORY", color=3)
     space = drawing.modelspace()
     for start, end in record.walls.tolist():
         space.add_line(start, end, dxfattribs={"layer": "WALLS"})
-    way = record.traces.final[:, :2].tolist()
-    if len(way) > 1:
-        space.add_lwpolyline(way, dxfattribs={"layer": "TRAJECTORY"})
+    path = record.traces.final[:, :2].tolist()
+    if len(path) > 1:
+        space.add_lwpolyline(path, dxfattribs={"layer": "TRAJECTORY"})
     with atomic_file(out) as draft:
         drawing.saveas(draft)
 
 
 def write_svg(record: RunRecord, out: Path) -> None:
-    """Write a picture in which one user unit is a metre, y up, walls black and the way of the robot blue."""
-    walls, way = record.walls, record.traces.final[:, :2]
-    corners = np.concatenate([walls.reshape(-1, 2), way])
+    """Write a picture in which one user unit is a metre, y up, walls black and the robot's path blue."""
+    walls, path = record.walls, record.traces.final[:, :2]
+    corners = np.concatenate([walls.reshape(-1, 2), path])
     low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN
     (w, h), scale = high - low, _PIXELS / (high - low).max()
     size = {"width": w * scale, "height": h * scale, "left": low[0], "top": -high[1], "w": w, "h": h}
     lines = (f'<line x1="{a:.3f}" y1="{b:.3f}" x2="{c:.3f}" y2="{d:.3f}"/>' for (a, b), (c, d) in walls.tolist())
-    points = (f"{x:.3f},{y:.3f}" for x, y in way.tolist())
-    write_atomic(out, _PAGE.format(**size, walls="\n".join(lines), way=" ".join(points)))
+    points = (f"{x:.3f},{y:.3f}" for x, y in path.tolist())
+    write_atomic(out, _PAGE.format(**size, walls="\n".join(lines), path=" ".join(points)))

@@ -14,7 +14,7 @@ from slam.run.results.run_record import RunRecord
 
 _OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205
 _FREE_THRESH: Final = 0.196
-"""Just below what 205 stands for, 50 / 255: every map_server, old or new, takes it for unknown."""
+"""Just below the share for the grey value 205, 50 / 255: every map_server, old or new, reads that as unknown."""
 
 
 def write_ros_map(record: RunRecord, out: Path) -> None:
@@ -32,11 +32,11 @@ def write_ros_map(record: RunRecord, out: Path) -> None:
     with atomic_folder(out) as draft:
         draft.mkdir()
         Image.fromarray(_pixels(grid)).save(draft / "map.pgm")
-        (draft / "map.yaml").write_text(yaml.safe_dump(header, sort_keys=False))
+        (draft / "map.yaml").write_text(yaml.safe_dump(header, sort_keys=False), encoding="utf-8", newline="\n")
 
 
 def _pixels(grid: Occupancy) -> NDArray[np.uint8]:
-    """(rows, columns), the highest row first."""
+    """Make the image, (rows, columns), the highest row first."""
     pixels = np.full(grid.hits.shape, _UNKNOWN, np.uint8)
     pixels[grid.free] = _FREE
     pixels[grid.occupied] = _OCCUPIED

@@ -1,4 +1,4 @@
-"""The trajectory of a run as TUM text, and all that is known of every scan as one CSV table."""
+"""The trajectory of a run as TUM text, and the data of every scan as one CSV table."""
 
 import csv
 import io
@@ -14,7 +14,7 @@ from slam.run.results.run_record import RunRecord
 
 
 def write_tum(record: RunRecord, out: Path) -> None:
-    """Write one line a scan: ``stamp x y z qx qy qz qw``, map frame, as known after the last loop was closed."""
+    """Write one line per scan: ``stamp x y z qx qy qz qw``, map frame, with the final poses after loop closing."""
     rows = zip(record.traces.stamps.tolist(), record.traces.final.tolist(), strict=True)
     write_atomic(out, "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
 
@@ -22,8 +22,8 @@ def write_tum(record: RunRecord, out: Path) -> None:
 def write_csv(record: RunRecord, out: Path) -> None:
     """Write a table of the trajectories: stamp, x, y, theta of each, then the columns of ``steps.csv``.
 
-    The trajectories are the one estimated on the way, the one known after the last loop was closed, where one was, dead
-    reckoning and, where known, the truth. Metres, radians, seconds, map frame.
+    The trajectories are the one estimated during the run, the final one if loops were closed, dead reckoning and, if
+    known, the true one. Metres, radians, seconds, map frame.
     """
     traces, names = record.traces, list(record.traces.steps.dtype.names or ())[1:]
     columns = [traces.stamps[:, None], *(poses for _, poses in _trajectories(record))]
@@ -36,7 +36,7 @@ def write_csv(record: RunRecord, out: Path) -> None:
 
 
 def _trajectories(record: RunRecord) -> Iterator[tuple[str, FloatArray]]:
-    """Prefix of the columns, and poses (K, 3)."""
+    """Return the prefix of the columns, and the poses (K, 3), of each trajectory."""
     yield "", record.traces.estimate
     if record.traces.closed is not None:
         yield "closed_", record.traces.closed

@@ -24,7 +24,7 @@ _ERRORS = (
 def draw_errors(folder: Path) -> None:
     """Write ``errors.png`` into a run folder that has at least one step.
 
-    Against the truth where there is one; otherwise what SLAM says less what the odometry says.
+    It shows errors against the true pose if that is known; otherwise SLAM minus odometry.
     """
     traces = Traces.read(folder)
     if traces is None:
@@ -38,7 +38,7 @@ def draw_errors(folder: Path) -> None:
         plain_axes(axes, PAPER)
     for axes, column, (name, scale, unit) in zip(rows, errors.T, _ROWS, strict=False):
         axes.axhline(0.0, color=PAPER.faint, linewidth=0.8)
-        axes.plot(scale * column, color=PAPER.slam, linewidth=1.1, label="SLAM, on the way")
+        axes.plot(scale * column, color=PAPER.slam, linewidth=1.1, label="SLAM, during the run")
         axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
     if traces.closed is not None:
         for axes, column, (_, scale, _) in zip(rows, pose_errors(traces.closed, against).T, _ROWS, strict=False):
@@ -47,14 +47,14 @@ def draw_errors(folder: Path) -> None:
     mapped = np.flatnonzero(traces.steps["mapped"] == 1)
     rows[3].plot(mapped, traces.steps["iterations"][mapped], color=PAPER.accent, linewidth=0.9)
     rows[3].set(ylabel="iterations q", xlabel="step k", ylim=(0.0, None))
-    title = "Estimate less truth" if known else "Estimate less dead reckoning (no ground truth)"
+    title = "Estimate minus truth" if known else "Estimate minus dead reckoning (no ground truth)"
     figure.suptitle(title, fontsize="medium", color=PAPER.ink)
     with atomic_file(folder / "errors.png") as draft:
         save_figure(figure, draft)
 
 
 def paper_curves(traces: Traces) -> Iterator[tuple[str, Figure]]:
-    """Figures by name; Figs. 17 to 19 only where the truth is known."""
+    """Return figures by name; Figs. 17 to 19 only if the true pose is known."""
     if traces.truth is not None:
         for (name, scale, label), error in zip(_ERRORS, pose_errors(traces.estimate, traces.truth).T, strict=True):
             yield name, _curve(np.arange(len(error)), scale * error, label)

@@ -13,12 +13,12 @@ from slam.pose import FloatArray
 
 _DASHES: Final = ("-", "--", ":", "-.")
 _MARGIN: Final = 0.1
-"""Inches around all that is drawn."""
+"""Inches around the drawing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Palette:
-    """Colours as matplotlib takes them."""
+    """Colours in matplotlib's form."""
 
     ink: str = "#1f2328"
     faint: str = "#8b949e"
@@ -35,12 +35,12 @@ class Palette:
     truth: str = "#1f2328"
     accent: str = "#8a2be2"
     loop: str = "#009e73"
-    """Loops, and what is known with all of them closed."""
+    """Loops, and final results with all loops closed."""
     doubt: str = "#b0005a"
-    """Loops that are not believed."""
+    """Loops that are not accepted."""
 
     def curve(self, k: int) -> tuple[str, str]:
-        """Colour and line style of the k-th of several curves on the same axes; twelve are unlike."""
+        """Return colour and line style of the k-th of several curves on the same axes; twelve are different."""
         return (self.slam, self.odometry, self.accent)[k % 3], _DASHES[k % len(_DASHES)]
 
 
@@ -49,13 +49,13 @@ PAPER = Palette()
 
 
 def figure_size(extent: FloatArray, least: tuple[float, float], room: tuple[float, float]) -> tuple[float, float]:
-    """Width and height of a figure, inches: the extent, at least ``least``, with room for labels and a legend."""
+    """Return the size of a figure, inches: the extent, at least ``least``, plus room for labels and a legend."""
     width, height = (np.maximum(extent, least) + room).tolist()
     return width, height
 
 
 def save_figure(figure: Figure, file: str | Path | IO[Any], **options: Any) -> None:
-    """Write the figure with a margin around it: it grows by what names and labels stick out of it.
+    """Write the figure with a margin around it; it grows to include all labels.
 
     ``options`` are those of ``Figure.savefig``.
     """
@@ -63,14 +63,14 @@ def save_figure(figure: Figure, file: str | Path | IO[Any], **options: Any) -> N
 
 
 def png_of(figure: Figure, dpi: float = 100.0) -> bytes:
-    """The figure as the content of a PNG file."""
+    """Return the figure as the content of a PNG file."""
     file = BytesIO()
     save_figure(figure, file, format="png", dpi=dpi)
     return file.getvalue()
 
 
 def plain_axes(axes: Axes, colours: Palette) -> None:
-    """A light frame and grid, in the colours of the palette."""
+    """Draw a light frame and grid, in the colours of the palette."""
     axes.set_facecolor("none")
     axes.grid(color=colours.grid, linewidth=0.6)
     axes.set_axisbelow(True)

@@ -21,18 +21,18 @@ class LoopLines:
     """L lines; metres, map frame."""
 
     ends: FloatArray
-    """(L, 2, 2)."""
+    """(L, 2, 2): ends of the lines."""
     believed: NDArray[np.bool_]
-    """(L,)."""
+    """(L,): True for accepted loops."""
 
     @classmethod
     def of(cls, graph: RunGraph, poses: FloatArray) -> Self:
-        """The loops of a graph between poses (S, 3) of all scans of the run."""
+        """Make the lines of the loops of a graph, between poses (S, 3) of all scans of the run."""
         return cls(graph.loop_ends(poses), graph.believed)
 
 
 def loops_until(graph: RunGraph, poses: FloatArray, scan: int) -> LoopLines:
-    """The loops that were found up to a scan, between poses (S, 3) of all scans of the run."""
+    """Make the lines of the loops found up to a scan, between poses (S, 3) of all scans of the run."""
     found = np.array([loop.scan <= scan for loop in graph.loops], np.bool_)
     lines = LoopLines.of(graph, poses)
     return LoopLines(lines.ends[found], lines.believed[found])

@@ -1,4 +1,4 @@
-"""``map.png``: what was mapped, from above."""
+"""``map.png``: the map from above."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -20,20 +20,20 @@ from slam.run.results.run_record import RunRecord
 from slam.scenario.solids import rectangle
 
 _MAX_POINTS: Final = 200_000
-"""More map points than this are thinned evenly for the picture: it shows no more."""
+"""Number of map points above which they are thinned evenly for the picture."""
 _MANY: Final = 3000
-"""More segments than this are drawn as pixels, also where the rest is drawn as curves."""
+"""Number of segments above which they are drawn as pixels, even if the rest is drawn as curves."""
 _MIDDLE: Final = "#7d8590"
-"""Colour of what is drawn as pixels, which no theme can change: seen on light and on dark."""
+"""Colour of the pixels, which no theme can change: visible on light and on dark."""
 _FEW: Final = 500
-"""More segments than this are drawn in fainter lines."""
+"""Number of segments above which lines are fainter."""
 ROBOT: Final = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
 """The P3-DX, base frame, metres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapContents:
-    """True walls, map, and trajectories that a picture of the map shows; metres, map frame."""
+    """True walls, map, and trajectories of a map picture; metres, map frame."""
 
     walls: FloatArray
     """(M, 2, 2): start and end of each line of the map."""
@@ -50,27 +50,27 @@ class MapContents:
 
     @property
     def extent(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper corner: all paths and true walls, and what was mapped but for the farthest 0.2 %."""
-        ways = [way[:, :2] for way in (self.estimate, self.odometry, self.truth) if way is not None]
+        """Lower and upper corner: all paths and true walls, and the map without the farthest 0.2 %."""
+        paths = [path[:, :2] for path in (self.estimate, self.odometry, self.truth) if path is not None]
         mapped = np.concatenate([self.points, self.walls.reshape(-1, 2)])
         bulk = np.percentile(mapped, [0.1, 99.9], axis=0) if len(mapped) else np.empty((0, 2))
-        corners = np.concatenate([bulk, *ways, *self.outlines])
+        corners = np.concatenate([bulk, *paths, *self.outlines])
         low, high = corners.min(axis=0), corners.max(axis=0)
         margin = 0.02 * float((high - low).max()) + 0.2
         return low - margin, high + margin
 
 
 def contents_of(record: RunRecord) -> MapContents:
-    """Map, trajectories and loops of a run, as they are known in the end."""
+    """Return the final map, trajectories and loops of a run."""
     traces, graph = record.traces, record.graph
     loops = None if graph is None or traces.closed is None else LoopLines.of(graph, traces.closed)
     return MapContents(record.walls, traces.final, traces.odometry, traces.truth, record.outlines, loops=loops)
 
 
 def contents_without_loops(record: RunRecord) -> MapContents | None:
-    """The same as odometry and matching alone would have it, every segment that was seen in the place of the map.
+    """Return the same without loop closing, with every seen segment as the map.
 
-    None of a run whose loops were not closed.
+    None for a run without closed loops.
     """
     traces, graph = record.traces, record.graph
     if traces.local is None or traces.closed is None or graph is None:
@@ -87,14 +87,14 @@ def contents_without_loops(record: RunRecord) -> MapContents | None:
 
 
 def transform_ends(poses: FloatArray, ends: FloatArray) -> FloatArray:
-    """Lines (M, 2, 2), each given in the frame of a pose of its own (M, 3)."""
+    """Transform lines (M, 2, 2), each by its own pose (M, 3)."""
     c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
     x, y = ends[..., 0], ends[..., 1]
     return np.stack([poses[:, 0, None] + c * x - s * y, poses[:, 1, None] + s * x + c * y], axis=-1)
 
 
 def draw_contents(axes: Axes, contents: MapContents, colours: Palette) -> None:
-    """Draw all of it, with labels for a legend."""
+    """Draw everything, with labels for a legend."""
     low, high = contents.extent
     axes.add_collection(
         PolyCollection(
@@ -134,7 +134,7 @@ def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outline
     """Write ``map.png`` into a run folder that has at least one step.
 
     ``points`` (N, 2), ``segment_ends`` (M, 2, 2) and the true wall ``outlines`` are in metres, map frame; the
-    trajectories, and the loops where some were closed, are read from the folder.
+    trajectories, and the loops if there are any, are read from the folder.
     """
     closed, truth = (_poses(folder / f"{name}.tum") for name in ("closed", "groundtruth"))
     estimate, odometry = (read_tum(folder / f"{name}.tum")[1] for name in ("trajectory", "odometry"))
@@ -142,15 +142,15 @@ def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outline
     final = estimate if closed is None else closed
     contents = MapContents(segment_ends, final, odometry, truth, outlines, points, loops)
     with atomic_file(folder / "map.png") as draft:
-        save_figure(map_figure(contents), draft, dpi=130)
+        save_figure(map_figure(contents), draft, dpi=190)
 
 
 def _poses(path: Path) -> FloatArray | None:
     return read_tum(path)[1] if path.is_file() else None
 
 
-def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float = 13.0, bare: bool = False) -> Figure:
-    """The picture; at most ``longest`` inches wide. A ``bare`` one has neither title nor legend."""
+def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float = 9.0, bare: bool = False) -> Figure:
+    """Draw the picture; at most ``longest`` inches wide. A ``bare`` one has neither title nor legend."""
     low, high = contents.extent
     across, up = high - low
     inches = (high - low) * min(longest / across, 0.7 * longest / up)
@@ -172,12 +172,12 @@ def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float =
 
 
 def end_error_text(contents: MapContents, truth: FloatArray) -> str:
-    """Distances of the ends of both trajectories from the true one."""
-    ends = (way[min(len(way), len(truth)) - 1] for way in (contents.estimate, contents.odometry) if way is not None)
+    """Describe the distances of the ends of both trajectories from the true one."""
+    ends = (path[min(len(path), len(truth)) - 1] for path in (contents.estimate, contents.odometry) if path is not None)
     ours, *off = (distance_text(float(np.hypot(*(end - truth[-1])[:2]))) for end in ends)
     return ", dead reckoning ".join([f"{contents.name} ends {ours} from the truth", *off])
 
 
 def distance_text(metres: float) -> str:
-    """A distance for people: 7.1 m, 3.4 cm."""
+    """Format a distance for people: 7.1 m, 3.4 cm."""
     return f"{metres:.1f} m" if metres >= 0.995 else f"{100 * metres:.1f} cm"

@@ -1,4 +1,4 @@
-"""A picture of one scan with its segments, in the manner of Figs. 8(d) and 15."""
+"""A picture of one scan with its segments, in the style of Figs. 8(d) and 15."""
 
 from pathlib import Path
 
@@ -16,10 +16,10 @@ def draw_scan(path: Path, points: FloatArray, segments: Segments, title: str) ->
 
 
 def scan_figure(points: FloatArray, segments: Segments | None, title: str, inches: float = 9.0) -> Figure:
-    """Points (N, 2), metres, sensor frame, in the colours of their segments, grey where they have none.
+    """Draw points (N, 2), metres, sensor frame, in the colours of their segments, grey without one.
 
-    Three colours take turns, so that neighbours differ. A square is at the start of each segment, a circle at its end,
-    a cross where the sensor is.
+    Three colours alternate, so that neighbours differ. A square is at the start of each segment, a circle at its end, a
+    cross at the sensor.
     """
     figure = Figure(figsize=(inches, inches), dpi=110, layout="constrained")
     axes = figure.add_subplot()

@@ -1,4 +1,4 @@
-"""A floor plan of a scenario's world, with what moves in it."""
+"""A floor plan of a scenario's world, with people and movable furniture."""
 
 import os
 from collections.abc import Sequence
@@ -22,14 +22,14 @@ from slam.scenario.solids import Prism
 from slam.scenario.world_plan import Person
 
 _FORMATS = (".png", ".svg", ".pdf")
-_LONGEST = 12.0
-"""Inches of the longer side."""
+_LONGEST = 8.0
+"""Length of the longer side, inches."""
 _LIGHT, _DARK = "0.82", "0.2"
 _ROUTE, _PEOPLE, _START = PAPER.slam, PAPER.odometry, PAPER.accent
 
 
 def check_picture(path: Path, option: str = "--out") -> None:
-    """Refuse, by InputError, a file that a picture cannot be written to; ``option`` names another."""
+    """Raise InputError for a file that a picture cannot be written to; the message refers to ``option``."""
     if path.suffix not in _FORMATS:
         raise InputError(
             f"{path}: a picture needs a name that ends in {', '.join(_FORMATS)}; choose another {option} FILE"
@@ -39,14 +39,14 @@ def check_picture(path: Path, option: str = "--out") -> None:
 
 
 def draw_world(path: Path, scenario: Scenario) -> None:
-    """Write the plan to ``path``, whose suffix names the format; metres, map frame.
+    """Write the plan to ``path``, whose suffix is the format; metres, map frame.
 
-    Dark is what the lidar's plane cuts, light is lower or higher than that.
+    Solids in the lidar's plane are dark, lower or higher ones light.
     """
     prisms, height = scenario.world.prisms(), scenario.lidar.height
     low, high = _extent(prisms, scenario)
     size = figure_size(_LONGEST * (high - low) / (high - low).max(), (5.0, 1.2), (0.8, 1.0))
-    figure = Figure(figsize=size, dpi=120, layout="constrained")
+    figure = Figure(figsize=size, dpi=180, layout="constrained")
     axes = figure.add_subplot()
     axes.grid(color="0.93", linewidth=0.6)
     axes.set_axisbelow(True)
@@ -71,18 +71,18 @@ def _draw_solids(axes: Axes, prisms: Sequence[Prism], colour: str, zorder: float
 
 
 def _draw_person(axes: Axes, person: Person) -> None:
-    """The path, and a dot at each way-point."""
+    """Draw the path, and a dot at each way-point."""
     ends = np.array([*person.waypoints, person.waypoints[0]] if person.closed else person.waypoints)
     axes.plot(*ends.T, "--o", color=_PEOPLE, linewidth=1.0, markersize=3, label="people", zorder=3)
 
 
 def _draw_route(axes: Axes, scenario: Scenario) -> None:
-    """The way-points joined from the start pose on, with an arrow on each leg, and the robot in its true size."""
+    """Draw the route from the start pose, with an arrow on each leg, and the robot in its true size."""
     start = scenario.robot.start.pose
-    way = np.array([(start.x, start.y), *scenario.route.waypoints])
-    if len(way) > 1:
-        axes.plot(*way.T, ".-", color=_ROUTE, linewidth=1.2, label="route", zorder=4)
-    for a, b in pairwise(way):
+    route = np.array([(start.x, start.y), *scenario.route.waypoints])
+    if len(route) > 1:
+        axes.plot(*route.T, ".-", color=_ROUTE, linewidth=1.2, label="route", zorder=4)
+    for a, b in pairwise(route):
         middle = (a + b) / 2.0
         style = {"arrowstyle": "-|>", "color": _ROUTE}
         axes.annotate("", middle + 0.01 * (b - a), middle - 0.01 * (b - a), arrowprops=style, zorder=4)
@@ -93,7 +93,7 @@ def _draw_route(axes: Axes, scenario: Scenario) -> None:
 
 
 def _extent(prisms: Sequence[Prism], scenario: Scenario) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper corner of all that is drawn, with a margin."""
+    """Return the lower and upper corner of the drawing, with a margin."""
     start = scenario.robot.start
     moving = [(start.x, start.y), *scenario.route.waypoints, *(w for p in scenario.people for w in p.waypoints)]
     corners = np.concatenate([np.array(moving), *(prism.footprint for prism in prisms)])

@@ -1,1 +1,1 @@
-"""``hopslam report``: what came out of one run or several, as a page and as figures; ``hopslam animate``."""
+"""``hopslam report``: the results of one or several runs, as a page and as figures; ``hopslam animate``."""

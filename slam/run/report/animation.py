@@ -19,24 +19,24 @@ from slam.run.results.run_record import RunRecord
 from slam.run.results.traces import Traces
 
 _PIECE: Final = 0.08
-"""Walls appear in pieces of this length, metres ..."""
+"""Length of the pieces in which walls appear, metres."""
 _NEAR: Final = 0.12
-"""... when a point of a scan lies so near to one, metres."""
+"""Distance of a scan point at which a piece appears, metres."""
 _RATE: Final = 10.0
-"""Pictures a second."""
+"""Pictures per second."""
 _STILL: Final = 2500
-"""Milliseconds for which the last picture stands."""
+"""Duration of the last picture, milliseconds."""
 _FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
 
 
 class AppearingWalls:
-    """The walls of the saved map, each piece from when it was first seen."""
+    """The walls of the saved map, each piece from the first time it is seen."""
 
     def __init__(self, walls: FloatArray) -> None:
         self._unseen = _pieces(walls)
 
     def seen(self, scan: int, points: FloatArray) -> FloatArray:
-        """New pieces (M, 2, 2), metres, map frame: those near the points (N, 2) of this scan and of no earlier one."""
+        """Return new pieces (M, 2, 2), metres, map frame: those near the points (N, 2) of this scan only."""
         if not len(points) or not len(self._unseen):
             return self._unseen[:0]
         distance, _ = cKDTree(points).query(self._unseen.mean(axis=1), distance_upper_bound=_NEAR)
@@ -47,24 +47,23 @@ class AppearingWalls:
 
 
 class AppearingSegments:
-    """The segments of every scan, where the map is the paper's: it has no other lines."""
+    """The segments of every scan, for the paper's map, which has no other lines."""
 
     def __init__(self, record: RunRecord) -> None:
         self._scans, self._ends = record.segments
         self._drawn = 0
 
     def seen(self, scan: int, points: FloatArray) -> FloatArray:
-        """New segments (M, 2, 2), metres, map frame: those of this scan and of the ones that were left out."""
+        """Return new segments (M, 2, 2), metres, map frame: those of this scan and of the skipped ones before it."""
         begin, self._drawn = self._drawn, int(np.searchsorted(self._scans, scan, side="right"))
         ends: FloatArray = self._ends[begin : self._drawn]
         return ends
 
 
 class GrowingMap:
-    """The map as it was known scan by scan.
+    """The map as estimated scan by scan.
 
-    Walls seen since the last closed loop lie where they were believed to be then, all earlier ones where they are known
-    to be in the end.
+    Walls seen since the last closed loop are where they were estimated then, all earlier ones at their final positions.
     """
 
     def __init__(self, record: RunRecord, canvas: MapCanvas) -> None:
@@ -72,13 +71,13 @@ class GrowingMap:
         self._lines = AppearingSegments(record) if record.saved_map is None else AppearingWalls(record.walls)
         self._loops = None if contents_of(record).loops is None else record.graph
         self._closures = _closures(record.traces)
-        self._drawn: list[FloatArray] = []  # in their final places
-        self._since = 0  # the scan of the last closure
+        self._drawn: list[FloatArray] = []  # at their final positions
+        self._since = 0  # scan of the last closure
 
     def picture(self, k: int, points: FloatArray, last: bool) -> Image.Image:
-        """The picture at the scan ``k``, which saw these points (N, 2), base frame.
+        """Draw the picture at the scan ``k``, which saw these points (N, 2), base frame.
 
-        The last one is of what is known in the end.
+        The last picture shows the final map.
         """
         traces = self._traces
         at, final = Pose2D.from_array(traces.estimate[k]), Pose2D.from_array(traces.final[k])
@@ -93,18 +92,18 @@ class GrowingMap:
                 self._canvas.add_loops(loops_until(self._loops, traces.final, k))
         else:
             self._canvas.add_lines((at @ final.inverse()).transform(new.reshape(-1, 2)).reshape(-1, 2, 2))
-        way = np.concatenate([traces.final[: self._since], traces.estimate[self._since : k + 1]])[: k + 1]
-        return self._canvas.picture(k, at.transform(points), way)
+        path = np.concatenate([traces.final[: self._since], traces.estimate[self._since : k + 1]])[: k + 1]
+        return self._canvas.picture(k, at.transform(points), path)
 
 
 def _closures(traces: Traces) -> IntArray:
-    """Return for each scan the last one up to it at which a closure was taken over, (K,); 0 for none."""
+    """Return for each scan the last one up to it at which a closure was applied, (K,); 0 for none."""
     jumps = traces.jumps if traces.closed is not None else np.zeros(len(traces.stamps), np.bool_)
     return np.asarray(np.maximum.accumulate(np.where(jumps, np.arange(len(jumps)), 0)))
 
 
 def _pieces(walls: FloatArray) -> FloatArray:
-    """The walls cut into short pieces, (P, 2, 2)."""
+    """Return the walls cut into short pieces, (P, 2, 2)."""
     parts = [np.empty((0, 2, 2))]
     for start, end in walls:
         corners = np.linspace(start, end, 1 + max(1, round(float(np.hypot(*(end - start))) / _PIECE)))
@@ -113,9 +112,9 @@ def _pieces(walls: FloatArray) -> FloatArray:
 
 
 def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: int = 960) -> None:
-    """Write the animation whole.
+    """Write the animation at once or not at all.
 
-    It plays for ``seconds`` and begins again. InputError for a name that ends otherwise, and for a log without scans.
+    It plays for ``seconds``, in a loop. InputError for another suffix, and for a log without scans.
     """
     if path.suffix not in _FORMATS:
         raise InputError(f"{path}: an animation needs a name that ends in .webp or .gif; choose another --out FILE")
@@ -132,7 +131,7 @@ def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: 
 
 
 def _frames(record: RunRecord, count: int, width: int) -> Iterator[Image.Image]:
-    """``count`` pictures, evenly over the scans of the run, the last scan among them."""
+    """Yield ``count`` pictures, evenly over the scans of the run, including the last one."""
     growing = GrowingMap(record, MapCanvas(record, width))
     last = len(record.traces.stamps) - 1
     shown = set(np.unique(np.linspace(0, last, count).astype(int)).tolist())

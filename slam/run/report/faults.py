@@ -13,19 +13,19 @@ from slam.run.results.traces import Traces
 _GAP: Final = 1.8
 """Number of scan periods without a scan that make a gap."""
 _STALLED: Final = 1.0
-"""Seconds without motion under a command, from which on the robot is said to stand against something."""
+"""Seconds without motion under a command after which the robot counts as blocked."""
 _CREEP: Final = 0.02, 0.05
-"""m/s and rad/s: less is no motion; twice of it is a command."""
+"""Speeds below which there is no motion, m/s and rad/s; twice that is a command."""
 _TOO_LONG: Final = {"duration over", "no more scans"}
-"""Endings of a run that had no time to arrive; the second is what older runs say."""
+"""Endings of a run that had no time to arrive; the second is that of older runs."""
 _PHANTOM: Final = 0.10
-"""Metres of a mapped wall in free air, in one piece, from which on it is a fault."""
+"""Least length of a mapped wall in free space, in one piece, that is a fault, metres."""
 _NAMED: Final = 3
-"""Number of times that are named; the others are counted."""
+"""Number of times that are listed; the others are counted."""
 
 
 def faults(record: RunRecord, metrics: Mapping[str, Any]) -> list[str]:
-    """One sentence for each thing that went wrong; none for a run without fault."""
+    """Return one sentence for each fault; empty for a run without fault."""
     damage = [f"{damage}; what comes after that is left out." for damage in record.damage]
     return [*damage, *_how_it_ended(record, metrics), *_on_the_way(record.traces)]
 
@@ -36,9 +36,9 @@ def _how_it_ended(record: RunRecord, metrics: Mapping[str, Any]) -> Iterator[str
         yield f"The run did not end: it was killed, or is still going. Its last scan is at {last:.1f} s."
     if record.traces.closed is None and "back_end_lost" in metrics:
         lost = metrics["back_end_lost"]
-        yield f"{lost[:1].upper()}{lost[1:]}: all is shown as it was known on the way; try hopslam optimize."
+        yield f"{lost[:1].upper()}{lost[1:]}: the results are those estimated during the run; try hopslam optimize."
     elif record.traces.jumps.any() and record.traces.closed is None:
-        yield "Its loops were not closed at the end: all is shown as it was known on the way; try hopslam optimize."
+        yield "Its loops were not closed at the end: the results are those during the run; try hopslam optimize."
     if ending == "collided":
         yield f"The robot hit something at {last:.1f} s."
     if ending == "interrupted":
@@ -60,7 +60,7 @@ def _on_the_way(traces: Traces) -> Iterator[str]:
     yield from _counted("{n} of {all} scans: the robot was lost", steps["lost"] == 1, stamps)
     alone = "{n} of {all} scans: the scan said nothing that could be trusted, and the pose is odometry alone"
     yield from _counted(alone, traces.odometry_only, stamps)
-    share = f"{{n}} of {int(matched.sum())} matches did not settle within the cap of iterations"
+    share = f"{{n}} of {int(matched.sum())} matches did not converge within the limit of iterations"
     yield from _counted(share, stuck, stamps)
     period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
     gaps = np.append(False, np.diff(stamps) > _GAP * period)
@@ -72,7 +72,7 @@ def _on_the_way(traces: Traces) -> Iterator[str]:
 
 
 def _counted(text: str, are: NDArray[np.bool_], stamps: FloatArray) -> Iterator[str]:
-    """The sentence where it is so for any scan, with the first times of it."""
+    """Return the sentence if the mask has any scan, with the times of the first ones."""
     if not are.any():
         return
     starts = stamps[are & ~np.append(False, are[:-1])]
@@ -82,7 +82,7 @@ def _counted(text: str, are: NDArray[np.bool_], stamps: FloatArray) -> Iterator[
 
 
 def _stalled(traces: Traces) -> NDArray[np.bool_]:
-    """The scans at the end of a second or more in which a command moved no wheel."""
+    """Return the scans at the end of at least one second in which a command moved no wheel."""
     if len(traces.stamps) < 2:
         return np.zeros(len(traces.stamps), np.bool_)
     elapsed = np.diff(traces.stamps)

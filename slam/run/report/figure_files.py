@@ -16,11 +16,11 @@ from slam.run.results.run_record import RunRecord
 
 _DPI: Final = 200
 _NAMELESS: Final = {"png": {"Software": None}, "pdf": {"CreationDate": None}}
-"""The same run makes the same files."""
+"""Makes the files reproducible: the same run, the same bytes."""
 
 
 def write_figures(records: Sequence[RunRecord], folder: Path) -> int:
-    """Write them, of several runs each into a folder of its own; returns how many there are."""
+    """Write the figures, for several runs each into its own folder; return their number."""
     count = 0
     for number, record in enumerate(records, 1):
         own = folder if len(records) == 1 else folder / f"{number}-{record.name}"
@@ -34,7 +34,7 @@ def write_figures(records: Sequence[RunRecord], folder: Path) -> int:
 
 
 def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
-    """Figures by the names of their files; those that need the truth only where it is known."""
+    """Return figures by the names of their files; those that need the true pose only if it is known."""
     traces = record.traces
     yield "map", map_figure(contents_of(record), longest=8.0)
     if (before := contents_without_loops(record)) is not None:

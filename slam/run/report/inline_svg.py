@@ -1,4 +1,4 @@
-"""Figures as SVG inside a page: small, without a reference to anything outside, in the colours of the page's theme."""
+"""Figures as SVG inside a page: small, self-contained, in the colours of the page's theme."""
 
 import re
 from collections.abc import Mapping
@@ -15,13 +15,13 @@ from slam.run.pictures.figure_style import Palette, save_figure
 
 _NAMES: Final = tuple(field.name for field in fields(Palette))
 _STAND_INS: Final = {name: f"#0101{number:02x}" for number, name in enumerate(_NAMES, 1)}
-"""Colours that nobody draws with, each put in the place of a CSS variable."""
+"""Placeholder colours, each replaced by a CSS variable."""
 THEMED: Final = Palette(**_STAND_INS)
-"""Draw with these, and the page decides: ``--ink``, ``--slam`` ..."""
+"""Palette of the placeholders, for which the page sets the colours: ``--ink``, ``--slam`` ..."""
 
 
 def inline_svg(figure: Figure, name: str, label: str) -> Markup:
-    """The figure, drawn with THEMED; ``name`` is unlike that of any other figure of the page, ``label`` is read aloud.
+    """Convert a figure drawn with THEMED; ``name`` is unique on the page, ``label`` is for screen readers.
 
     Texts stay texts, in the font of the page.
     """
@@ -34,7 +34,7 @@ def inline_svg(figure: Figure, name: str, label: str) -> Markup:
 def inline_figures(
     figures: Mapping[str, tuple[Figure | None, str]], key: str, of: str = ""
 ) -> list[tuple[Markup, str]]:
-    """Figures, each by its name and with its caption, as SVG with that caption; those that are None are left out."""
+    """Convert figures, by name and with captions, to SVG with that caption; None is left out."""
     return [
         (inline_svg(figure, f"{key}-{name}", f"{name}{of}: {caption}"), caption)
         for name, (figure, caption) in figures.items()

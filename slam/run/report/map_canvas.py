@@ -1,4 +1,4 @@
-"""One picture after another of a map that grows: what stays is drawn once, what moves on a copy."""
+"""Draws a sequence of pictures of a growing map: the background once, moving parts on a copy."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -13,22 +13,22 @@ from slam.run.pictures.map_picture import ROBOT, contents_of
 from slam.run.results.run_record import RunRecord
 
 _FINE: Final = 2
-"""Drawn so many times larger and then reduced: smooth lines."""
+"""Factor by which pictures are drawn larger and then reduced, for smooth lines."""
 _WHITE: Final = "#ffffff"
 _NAMES: Final = (
     ("mapped lines", PAPER.wall), ("scan", PAPER.accent), ("SLAM", PAPER.slam), ("dead reckoning", PAPER.odometry),
     ("loops", PAPER.loop),
 )  # fmt: skip
 _GAP: Final = 14
-"""Pixels between the colours' names, and above the map in all."""
+"""Space between the names of colours, and above the map in all, pixels."""
 _NARROWEST: Final = 160
-"""Pixels, so that every name finds room."""
+"""Least width, pixels, with room for every name."""
 _TALLEST: Final = 1.1
-"""Height over width at most."""
+"""Largest ratio of height to width."""
 
 
 class MapCanvas:
-    """The map of one run, from above."""
+    """Draws the map of one run, from above."""
 
     def __init__(self, record: RunRecord, width: int) -> None:
         self._traces = record.traces
@@ -46,19 +46,19 @@ class MapCanvas:
         self.clear()
 
     def clear(self) -> None:
-        """Take away all that was drawn to stay."""
+        """Clear the background."""
         self._map = Image.new("RGB", self._size, _WHITE)
         for outline in self._outlines:
             ImageDraw.Draw(self._map).polygon(self._pixels(outline), fill=PAPER.solid)
 
     def add_lines(self, ends: FloatArray) -> None:
-        """Draw lines (M, 2, 2), metres, map frame, that stay."""
+        """Draw lines (M, 2, 2), metres, map frame, on the background."""
         draw = ImageDraw.Draw(self._map)
         for segment in ends:
             draw.line(self._pixels(segment), fill=PAPER.wall, width=2 * _FINE)
 
     def add_loops(self, loops: LoopLines) -> None:
-        """Draw loops that stay, the doubtful ones crossed out."""
+        """Draw loops on the background, doubtful ones crossed out."""
         draw = ImageDraw.Draw(self._map)
         for ends, believed in zip(loops.ends, loops.believed, strict=True):
             colour = PAPER.loop if believed else PAPER.doubt
@@ -70,10 +70,10 @@ class MapCanvas:
                 draw.line((x - r, y - r, x + r, y + r), fill=colour, width=_FINE)
                 draw.line((x - r, y + r, x + r, y - r), fill=colour, width=_FINE)
 
-    def picture(self, k: int, scan: FloatArray, way: FloatArray) -> Image.Image:
-        """The picture at the scan ``k`` of the run, which saw the points ``scan`` (N, 2), metres, map frame.
+    def picture(self, k: int, scan: FloatArray, path: FloatArray) -> Image.Image:
+        """Draw the picture at the scan ``k`` of the run, which saw the points ``scan`` (N, 2), metres, map frame.
 
-        The robot went this ``way`` (k + 1, 3) before.
+        ``path`` (k + 1, 3) is the robot's path so far.
         """
         traces = self._traces
         image = self._map.copy()
@@ -81,8 +81,8 @@ class MapCanvas:
         for x, y in self._pixels(scan):
             draw.ellipse((x - _FINE, y - _FINE, x + _FINE, y + _FINE), fill=PAPER.accent)
         self._draw_path(draw, traces.odometry[: k + 1], PAPER.odometry)
-        self._draw_path(draw, way, PAPER.slam)
-        draw.polygon(self._pixels(Pose2D.from_array(way[-1]).transform(ROBOT)), fill=PAPER.slam)
+        self._draw_path(draw, path, PAPER.slam)
+        draw.polygon(self._pixels(Pose2D.from_array(path[-1]).transform(ROBOT)), fill=PAPER.slam)
         time = f"{traces.stamps[k] - traces.stamps[0]:5.1f} s"
         for place, text, colour in self._names:
             draw.text(place, text or time, fill=colour, font=self._font)
@@ -95,7 +95,7 @@ class MapCanvas:
     def _placed(
         self, names: Sequence[tuple[str, str]], across: int, letters: int
     ) -> tuple[list[tuple[tuple[int, int], str, str]], int]:
-        """Place the time (an empty text) and the names in as many rows as they need; also return the rows' height."""
+        """Place the time (an empty text) and the names in as many rows as necessary; also return the rows' height."""
         gap, height = _FINE * _GAP, 3 * letters // 2
         x, y, places = gap // 2, gap // 2, []
         for text, colour in (("", PAPER.faint), *names):
@@ -107,7 +107,7 @@ class MapCanvas:
         return places, (y + height + gap // 2) // _FINE * _FINE
 
     def _pixels(self, points: FloatArray) -> list[tuple[float, float]]:
-        """Points (N, 2), metres, map frame, y up, as pixels, y down."""
+        """Convert points (N, 2), metres, map frame, y up, to pixels, y down."""
         pixels = self._scale * (points - self._low)
         pixels[:, 1] = self._size[1] - pixels[:, 1]
         return [(x, y) for x, y in pixels.tolist()]

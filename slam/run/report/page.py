@@ -1,4 +1,4 @@
-"""The report: one HTML page that needs nothing but itself."""
+"""The report: one self-contained HTML page."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from slam.run.results.run_names import run_names
 from slam.run.results.run_record import RunRecord
 
 _COMPLETE: Final = {"arrived", "duration over", "no more scans"}
-"""Endings of a run that did what it could."""
+"""Endings of a run without failure."""
 
 
 def write_report(records: Sequence[RunRecord], path: Path) -> None:
@@ -46,7 +46,7 @@ def _page(sections: Sequence[RunSection], overlays: Sequence[tuple[Markup, str]]
 
 
 def _overlays(records: Sequence[RunRecord], names: Sequence[str]) -> list[tuple[Markup, str]]:
-    """The curves of all runs on the same axes."""
+    """Draw the curves of all runs on the same axes."""
     runs = [(f"{k}: {name}", record.traces) for k, (record, name) in enumerate(zip(records, names, strict=True), 1)]
     figures = {
         "distance": (distance_figure(runs, THEMED), CAPTIONS["distance"]),
@@ -58,17 +58,17 @@ def _overlays(records: Sequence[RunRecord], names: Sequence[str]) -> list[tuple[
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """One value in a table, as text."""
+    """Format one value for a table."""
 
     text: str
     best: bool = False
 
 
 def metric_rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Cell], list[Cell], list[Cell]]]:
-    """Every metric that one of the runs has, with a cell for each run.
+    """Make a row for every metric that one of the runs has, with a cell for each run.
 
-    There is one for it with its loops closed, too, and one for its dead reckoning; the best of several that ended as
-    they should is marked.
+    Metrics of closed loops and of dead reckoning have their own rows; the best of several runs without failure is
+    marked.
     """
     return [
         (metric, _cells(metric, runs), _others(metric, "closed", runs), _others(metric, "odometry", runs))
@@ -78,7 +78,10 @@ def metric_rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Ce
 
 
 def is_comparable(run: Mapping[str, Any]) -> bool:
-    """True for a run that ended by itself and unharmed: the errors of a shorter way would flatter it."""
+    """Return True for a run that ended by itself and without damage.
+
+    Otherwise a shorter path would have smaller errors.
+    """
     return run.get("ending") in _COMPLETE
 
 
@@ -91,7 +94,7 @@ def _cells(metric: Metric, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:
 
 
 def _best(metric: Metric, values: Sequence[Any]) -> str | None:
-    """The best of the values as the table has it; None where none is better than another."""
+    """Return the best value in the form of the table; None if none is better than another."""
     if not metric.less_is_better and not metric.more_is_better:
         return None
     return metric.shown(min(values) if metric.less_is_better else max(values))

@@ -13,7 +13,7 @@ from slam.run.results.run_record import RunRecord
 
 _PINK, _START, _END = "#e377c2", PAPER.slam, PAPER.odometry
 _EVERY = 20_000
-"""Points to which more are thinned: the print shows no more."""
+"""Number of points above which they are thinned: print shows no more."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,11 +22,11 @@ class ScanPoints:
 
     scans: list[int]
     points: list[FloatArray]
-    """(N, 2) each, metres, sensor frame."""
+    """(N, 2) each: points, metres, sensor frame."""
     T_base_laser: Pose2D
 
     def placed(self, poses: FloatArray, before: int | None = None) -> FloatArray:
-        """All points (N, 2) with the robot at ``poses`` (K, 3), one for each scan, or those ``before`` one."""
+        """Return all points (N, 2) with the robot at ``poses`` (K, 3), one for each scan, or those ``before`` one."""
         parts = [
             (Pose2D(*poses[k]) @ self.T_base_laser).transform(points)
             for k, points in zip(self.scans, self.points, strict=True)
@@ -36,14 +36,14 @@ class ScanPoints:
 
 
 def scan_points(record: RunRecord) -> ScanPoints:
-    """Read them from the log of the run; InputError where it has none."""
+    """Read them from the log of the run; InputError if it has none."""
     mapped = record.traces.steps["mapped"] == 1
     seen = [(k, o.scan.points()) for k, (o, use) in enumerate(zip(record.observations(), mapped, strict=False)) if use]
     return ScanPoints([k for k, _ in seen], [points for _, points in seen], record.T_base_laser)
 
 
 def fig_15(record: RunRecord, scans: ScanPoints) -> Figure:
-    """One match, half-way: the segments of the scan on the map of the steps before; sensor frame, looking up."""
+    """Draw one match, half-way: the segments of the scan on the map of the steps before; sensor frame, x up."""
     k = scans.scans[len(scans.scans) // 2]
     pose = Pose2D.from_array(record.traces.estimate[k]) @ scans.T_base_laser
     reach = float(np.abs(scans.points[len(scans.scans) // 2]).max(initial=1.0)) * 1.05
@@ -60,7 +60,7 @@ def fig_15(record: RunRecord, scans: ScanPoints) -> Figure:
 
 
 def fig_16(record: RunRecord, scans: ScanPoints) -> Figure:
-    """The map at the end, every segment that made it, and where the sensor was and looked at every step."""
+    """Draw the final map, every segment that made it, and the sensor's pose at every step."""
     poses = stack_poses(Pose2D.from_array(row) @ scans.T_base_laser for row in record.traces.estimate[scans.scans])
     ends = record.segments[1]
     extent = np.ptp(np.concatenate([ends.reshape(-1, 2), poses[:, :2]]), axis=0)
@@ -80,10 +80,10 @@ def fig_16(record: RunRecord, scans: ScanPoints) -> Figure:
 
 
 def fig_21(record: RunRecord, scans: ScanPoints) -> Figure:
-    """Panels (a) to (c) of the paper's figure of maps.
+    """Draw panels (a) to (c) of the paper's figure of maps.
 
-    (a) is the environment where it is known, (b) the map of dead reckoning, its way in orange, (c) the line map, the
-    estimated way in blue.
+    (a) is the environment if it is known, (b) the map of dead reckoning with its path in orange, (c) the line map with
+    the estimated path in blue.
     """
     outlines = record.outlines
     count = 3 if outlines else 2
@@ -110,7 +110,7 @@ def _points(axes: Axes, points: FloatArray) -> None:
 
 
 def _segments(axes: Axes, ends: FloatArray, size: float) -> None:
-    """Black lines from a blue □ to an orange ○."""
+    """Draw black lines from a blue □ to an orange ○."""
     axes.add_collection(LineCollection(list(ends), colors="black", linewidths=0.4 + size, zorder=3))
     for end, marker, colour in ((0, "s", _START), (1, "o", _END)):
         axes.plot(
@@ -124,5 +124,5 @@ def _thinned(points: FloatArray) -> FloatArray:
 
 
 def _upright(points: FloatArray) -> FloatArray:
-    """Points (..., 2) of the sensor's frame with the sensor looking up the page."""
+    """Rotate points (..., 2) of the sensor frame so that x points up."""
     return np.stack([-points[..., 1], points[..., 0]], axis=-1)

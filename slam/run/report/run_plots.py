@@ -17,9 +17,9 @@ _LEGEND: Final = 66
 """Characters side by side in a legend."""
 _CLOSED_DASH: Final = "--"
 SIGMAS: Final = 3.0
-"""The band about zero is so many standard deviations of the estimate wide, to each side."""
+"""Half width of the band about zero, in standard deviations of the estimate."""
 CAPTIONS: Final = {
-    "distance": "Position error over the way travelled.",
+    "distance": "Position error over the distance travelled.",
     "iterations": "Iterations of the matcher.",
     "timing": "Processing time of the mapped scans.",
 }
@@ -27,9 +27,9 @@ _ROWS: Final = (("x", "cov_xx", 100.0, "cm"), ("y", "cov_yy", 100.0, "cm"), ("he
 
 
 def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
-    """Estimate less truth over time, in x, y and heading, with the bound that the estimate claims.
+    """Draw estimate minus true pose over time, in x, y and heading, with the bound that the estimate claims.
 
-    Where no truth is known, it is the estimate less dead reckoning.
+    Without a true pose, it is the estimate minus dead reckoning.
     """
     known = traces.truth is not None
     against = traces.odometry if traces.truth is None else traces.truth
@@ -42,7 +42,7 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
         if known and has_variance(traces, variance):
             bound = SIGMAS * scale * np.sqrt(traces.steps[variance])
             axes.fill_between(traces.stamps, -bound, bound, color=colours.slam, alpha=0.18, linewidth=0.0)
-        axes.plot(traces.stamps, scale * column, color=colours.slam, linewidth=1.1, label="SLAM, on the way")
+        axes.plot(traces.stamps, scale * column, color=colours.slam, linewidth=1.1, label="SLAM, during the run")
         axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
     axes.set_xlabel("time [s]")
     if traces.closed is not None:
@@ -60,7 +60,7 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
 
 
 def _panel(colours: Palette) -> tuple[Figure, Axes]:
-    """A figure with one pair of axes. Its margins are given, as finding them takes as long as drawing."""
+    """Make a figure with one pair of axes. Its margins are fixed, as computing them takes as long as drawing."""
     figure = Figure(figsize=(5.4, 3.0))
     figure.subplots_adjust(0.14, 0.15, 0.965, 0.9)
     axes = figure.add_subplot()
@@ -69,39 +69,46 @@ def _panel(colours: Palette) -> tuple[Figure, Axes]:
 
 
 def _plain_numbers(axis: Axis) -> None:
-    """0.01 in the place of a power of ten, on an axis of logarithms."""
+    """Format 0.01 instead of a power of ten, on a logarithmic axis."""
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())
 
 
 def has_variance(traces: Traces, column: str) -> bool:
-    """True where the steps of the run have this column of the covariance."""
+    """Return True if the steps of the run have this column of the covariance."""
     return column in (traces.steps.dtype.names or ()) and bool(np.isfinite(traces.steps[column]).any())
 
 
 def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure | None:
-    """Position error over the way travelled, of each run with a truth; of a single one, dead reckoning's beside it."""
+    """Draw the position error over the distance, of each run with a true pose.
+
+    For a single run, also dead reckoning's.
+    """
     known = [(name, traces, traces.truth) for name, traces in runs if traces.truth is not None]
     if not known:
         return None
     figure, axes = _panel(colours)
     for k, (name, traces, truth) in enumerate(known):
-        way = path_lengths(truth)
+        distances = path_lengths(truth)
         alone, (colour, dash) = len(runs) == 1, colours.curve(k)
-        axes.plot(way, _off(traces.estimate, truth), dash, color=colour, linewidth=1.3, label="SLAM" if alone else name)
+        axes.plot(
+            distances, _off(traces.estimate, truth), dash, color=colour, linewidth=1.3, label="SLAM" if alone else name
+        )
         if alone:
             if traces.closed is not None:
                 off = _off(traces.closed, truth)
-                axes.plot(way, off, _CLOSED_DASH, color=colours.loop, linewidth=1.3, label="loops closed")
-            axes.plot(way, _off(traces.odometry, truth), color=colours.odometry, linewidth=1.1, label="dead reckoning")
-    axes.set(yscale="log", xlabel="way travelled [m]", ylabel="position error [m]")
+                axes.plot(distances, off, _CLOSED_DASH, color=colours.loop, linewidth=1.3, label="loops closed")
+            axes.plot(
+                distances, _off(traces.odometry, truth), color=colours.odometry, linewidth=1.1, label="dead reckoning"
+            )
+    axes.set(yscale="log", xlabel="distance travelled [m]", ylabel="position error [m]")
     _plain_numbers(axes.yaxis)
     _legend(axes, colours)
     return figure
 
 
 def iterations_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure:
-    """Iterations of the matcher, scan by scan; dots where it did not settle."""
+    """Draw the iterations of the matcher, scan by scan; dots where it did not converge."""
     figure, axes = _panel(colours)
     for k, (name, traces) in enumerate(runs):
         matched = (traces.steps["mapped"] == 1) & (traces.steps["iterations"] > 0)
@@ -117,7 +124,7 @@ def iterations_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAP
 
 
 def timing_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure:
-    """Histogram of the time of a scan: the whole of SLAM, and of a single run the extraction of lines in it."""
+    """Draw a histogram of the time of a scan: the whole of SLAM, and for a single run also line extraction."""
     figure, axes = _panel(colours)
     for k, (name, traces) in enumerate(runs):
         mapped = traces.steps[traces.steps["mapped"] == 1]
@@ -142,7 +149,7 @@ def _histogram(axes: Axes, milliseconds: FloatArray, look: tuple[str, str], labe
 
 
 def _off(poses: FloatArray, truth: FloatArray) -> FloatArray:
-    """Position error, metres, never quite zero, for an axis of logarithms."""
+    """Return the position error, metres, never quite zero, for a logarithmic axis."""
     off: FloatArray = np.maximum(np.hypot(*(poses - truth)[:, :2].T), 1e-4)
     return off
 

@@ -23,16 +23,16 @@ from slam.run.results.run_record import RunRecord
 from slam.scenario.schema import Scenario
 
 _LONGEST: Final = 60
-"""Characters of a value; a longer list is counted."""
+"""Characters of a value; a longer list is shown by its length."""
 _PROPOSALS: Final[dict[Proposal, str]] = {
-    "odometry": "the way there", "walls": "the walls", "break": "the place of a break",
+    "odometry": "the graph", "walls": "the walls", "break": "the place of a break",
 }  # fmt: skip
 PERCENTILES = (50, 90, 99, 100)
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One setting that was not left at its default."""
+    """One setting that differs from its default."""
 
     key: str
     default: str
@@ -40,7 +40,7 @@ class Change:
 
 
 def changes(scenario: Scenario) -> list[Change]:
-    """The settings that differ from the defaults of the scenario's mode, in the order of the schema."""
+    """Return the settings that differ from the defaults of the scenario's mode, in the order of the schema."""
     defaults = Scenario.model_validate({"name": scenario.name, "slam": {"mode": scenario.slam.mode}})
     given = SlamConfig().mode, scenario.slam.mode
     mode = [] if given[0] == given[1] else [Change("slam.mode", *given)]
@@ -76,7 +76,7 @@ class LoopRow:
 
 @dataclass(frozen=True, slots=True)
 class RunSection:
-    """Everything that the page says of one run, as text and pictures."""
+    """Text and pictures of one run on the page."""
 
     name: str
     """Unique on the page."""
@@ -87,20 +87,20 @@ class RunSection:
     metrics: Mapping[str, Any]
     faults: list[str]
     plots: list[tuple[Markup, str]]
-    """Each with its caption; the map first."""
+    """Pictures with their captions; the map first."""
     timing: list[tuple[str, list[str]]]
     """Milliseconds at the PERCENTILES."""
     before: Markup | None
-    """The map as it would be without loops; None where none were closed."""
+    """Map without loop closing; None if no loops were closed."""
     loops: list[LoopRow]
-    """The least believed first."""
+    """Loops, lowest weight first."""
     changes: list[Change]
     config_text: str
     command: str
 
 
 def run_section(record: RunRecord, key: str, name: str) -> RunSection:
-    """Make the section under this name; ``key`` is its own on the page."""
+    """Make the section under this name; ``key`` is unique on the page."""
     metrics = measure(record.folder) if record.metrics is None else record.metrics
     return RunSection(
         name=name,
@@ -121,7 +121,7 @@ def run_section(record: RunRecord, key: str, name: str) -> RunSection:
 
 
 def command(record: RunRecord, metrics: Mapping[str, Any]) -> str:
-    """Shell command that repeats the run: with the same settings, on the same robot or log, in the same saved map."""
+    """Return the shell command that repeats the run: the same settings, robot or log, and saved map."""
     config = str(record.folder / "config.yaml")
     verb = "localize" if "sure_after_s" in metrics else "replay" if "log" in metrics else "run"
     words = [verb, str(metrics["log"]), "--scenario", config] if "log" in metrics else [verb, config]
@@ -131,7 +131,7 @@ def command(record: RunRecord, metrics: Mapping[str, Any]) -> str:
 
 
 def _date(record: RunRecord, metrics: Mapping[str, Any]) -> str:
-    """Date on which the run began; of one that was cut off, that of its settings."""
+    """Return the date on which the run began; for an interrupted run, that of its settings."""
     if "began" in metrics:
         return datetime.fromisoformat(metrics["began"]).strftime("%Y-%m-%d %H:%M")
     written = os.stat(record.folder / "config.yaml").st_mtime  # noqa: PTH116
@@ -176,7 +176,8 @@ def _loops(record: RunRecord) -> list[LoopRow]:
             LoopRow(
                 found=f"{loop.submap} in {loop.other}",
                 time=f"{stamps[min(scan, len(stamps) - 1)] - stamps[0]:.1f}",
-                agreement=f"{loop.agreeing} of {loop.tested}, {loop.share:.0%}" + ", one way open" * loop.ambiguous,
+                agreement=f"{loop.agreeing} of {loop.tested}, {loop.share:.0%}"
+                + ", one direction open" * loop.ambiguous,
                 proposal=_PROPOSALS[loop.proposal],
                 weight=f"{graph.weights[k]:.2f}",
                 believed=bool(graph.believed[k]),

@@ -1,4 +1,4 @@
-"""New files of the folder of a run, which take the places of the old ones together or not at all."""
+"""Replaces files in the folder of a run, all together or not at all."""
 
 import shutil
 from collections.abc import Iterable, Iterator
@@ -9,17 +9,19 @@ from typing import Final
 
 from slam.files.atomic_files import DRAFT, clear_drafts
 from slam.files.disk import disk
+from slam.files.links import is_lent
 
 READY: Final = ".ready"
-"""Folder of new files that are all whole, and have not all taken their places yet."""
+"""Folder of new files that are all complete, and not all in place yet."""
 
 
 @contextmanager
 def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
-    """A place for a folder with the new files of a run.
+    """Make a folder for new files of a run.
 
-    When the block is left without an error, one rename decides that they count; then each takes its place, and those
-    that are ``outdated`` go. Killed after that rename, ``finish_update`` does the rest. Links in it are left out.
+    If the block ends without an error, one rename makes them valid; then each is put in place, and the ``outdated``
+    ones are removed. If the process is killed after that rename, ``finish_update`` does the rest. Files that were lent
+    to the folder are left out.
     """
     finish_update(folder)
     clear_drafts(folder)
@@ -28,7 +30,7 @@ def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
         new = draft / "run"
         yield new
         for path in new.iterdir():
-            if path.is_symlink():
+            if is_lent(path):
                 path.unlink()
         for name in outdated:
             (new / name).touch()
@@ -39,15 +41,15 @@ def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
 
 
 def finish_update(folder: Path) -> None:
-    """Put new files that are ready into their places; an empty one stands for a file that goes.
+    """Put new complete files in place; an empty one stands for a file to remove.
 
-    Two processes may do it at a time. OSError where the folder cannot be changed.
+    Two processes may do it at the same time. OSError if the folder cannot be changed.
     """
     ready = folder / READY
     if not ready.is_dir():
         return
     for path in sorted(ready.iterdir()):
-        with suppress(FileNotFoundError):  # the other one was faster
+        with suppress(FileNotFoundError):  # another process was faster
             if path.stat().st_size:
                 disk().rename(path, folder / path.name)
             else:

@@ -1,4 +1,4 @@
-"""Metrics of a run, and of its localisation in a saved map, from what its folder holds."""
+"""Metrics of a run, and of its localisation in a saved map, from the files in its folder."""
 
 from pathlib import Path
 from typing import Any, Final
@@ -11,14 +11,15 @@ from slam.pose import FloatArray
 from slam.run.results.traces import Traces, pose_errors
 
 RIGHT: Final = 0.3, float(np.radians(5.0))
-"""A pose is right when it is no farther from the true one, metres and radians."""
+"""Largest error of a correct pose, metres and radians."""
 
 
 def measure(folder: Path) -> dict[str, Any]:
-    """The metrics of a run folder; errors only where it has ``groundtruth.tum``, and only ``scans`` = 0 for no step.
+    """Compute the metrics of a run folder.
 
-    Errors compare ``T_map_base`` with the truth scan by scan and without alignment: both begin at the same known pose.
-    Those of ``closed_...`` are of the trajectory after the last loop was closed, where there is one.
+    Errors only if it has ``groundtruth.tum``, and only ``scans`` = 0 without steps. Errors compare ``T_map_base`` with
+    the true pose scan by scan and without alignment: both begin at the same known pose. Those of ``closed_...`` are of
+    the final trajectory after loop closing, if there is one.
     """
     traces = Traces.read(folder)
     if traces is None:
@@ -53,7 +54,7 @@ def _errors(poses: FloatArray, truth: FloatArray, prefix: str) -> dict[str, floa
 
 
 def _work(steps: NDArray[Any]) -> dict[str, Any]:
-    """Work of the method and its cost; iterations and times are of the scans that were matched and mapped."""
+    """Compute the cost of the method; iterations and times are those of matched and mapped scans."""
     mapped = steps[steps["mapped"] == 1]
     matched = mapped[mapped["iterations"] > 0]
     slam_ms, extraction_ms = (mapped[name] if len(mapped) else np.zeros(1) for name in ("slam_ms", "extraction_ms"))
@@ -73,7 +74,7 @@ def _work(steps: NDArray[Any]) -> dict[str, Any]:
 
 
 def _base_state(steps: NDArray[Any]) -> dict[str, Any]:
-    """Metrics of the base's own state, as far as it told that; none of an older run."""
+    """Compute metrics of the base's own state, as far as it was reported; none for an older run."""
     if "battery" not in (steps.dtype.names or ()):
         return {}
     metrics: dict[str, Any] = {
@@ -89,7 +90,7 @@ def _base_state(steps: NDArray[Any]) -> dict[str, Any]:
 
 
 def noise_metrics(noise: RangeNoise, named: RangeNoise | None) -> dict[str, float]:
-    """The noise of the ranges as it was learnt, and near by as it was ``named`` where it was."""
+    """Return the learnt noise of the ranges, and the noise near by of the ``named`` sensor."""
     metrics = {"range_noise_m": noise.near, "range_noise_share": noise.far}
     if named is not None:
         metrics["named_range_noise_m"] = named.near
@@ -97,17 +98,16 @@ def noise_metrics(noise: RangeNoise, named: RangeNoise | None) -> dict[str, floa
 
 
 def _odometry_only(traces: Traces) -> dict[str, Any]:
-    """Number of the matched scans whose pose is odometry alone, and their share."""
+    """Count the matched scans whose pose is odometry alone, with their share."""
     count, updates = int(traces.odometry_only.sum()), int((traces.steps["mapped"] == 1).sum())
     return {"odometry_only": count, "odometry_only_share": round(count / max(updates, 1), 4)}
 
 
 def measure_localization(folder: Path) -> dict[str, Any]:
-    """The metrics of a run in a saved map.
+    """Compute the metrics of a run in a saved map.
 
-    They have more than those of other runs: ``sure_after_s``, ``lost_scans``, and where the truth is known
-    ``right_after_s``, ``wrong_scans`` (sure, and wrong) and the tracking errors of the scans in which the robot was
-    sure.
+    Additional metrics are ``sure_after_s``, ``lost_scans``, and if the true pose is known ``right_after_s``,
+    ``wrong_scans`` (sure, and wrong) and the tracking errors of the scans in which the robot was sure.
     """
     metrics, traces = measure(folder), Traces.read(folder)
     if traces is None:
@@ -128,5 +128,5 @@ def measure_localization(folder: Path) -> dict[str, Any]:
 
 
 def _first(since: NDArray[np.float64], are: NDArray[np.bool_]) -> float | None:
-    """Seconds to the first scan that ``are`` marks; None for never."""
+    """Return the seconds to the first scan in the mask ``are``; None for never."""
     return round(float(since[np.argmax(are)]), 6) if are.any() else None

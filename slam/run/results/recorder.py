@@ -1,4 +1,4 @@
-"""Writes a run into its folder as it goes, so that whatever ends it, what was done is there."""
+"""Writes a run into its folder scan by scan, so that the results survive any end of the program."""
 
 from contextlib import ExitStack
 from math import inf
@@ -23,7 +23,7 @@ _UPPER: Final = np.triu_indices(3)
 
 
 class Recorder(Closing):
-    """A watcher that keeps ``trajectory.tum``, ``odometry.tum``, ``groundtruth.tum``, ``steps.csv``, ``lines.geojson``.
+    """Watcher that writes ``trajectory.tum``, ``odometry.tum``, ``groundtruth.tum``, ``steps.csv``, ``lines.geojson``.
 
     Poses are ``T_map_base``; odometry starts at the robot's first estimate.
     """
@@ -37,7 +37,7 @@ class Recorder(Closing):
         self._lines = GrowingGeoJson(folder / "lines.geojson", frame="map", unit="metre")
 
     def on_step(self, step: Step) -> None:
-        """Write down one step."""
+        """Write one step."""
         odometry, estimate = step.observation.odometry, step.estimate
         self._trajectory.append(format_tum(estimate.stamp, estimate.T_map_base) + "\n")
         self._odometry.append(format_tum(estimate.stamp, self._T_map_odom @ odometry.T_odom_base) + "\n")
@@ -49,7 +49,7 @@ class Recorder(Closing):
         self._steps.append(self._row(step))
 
     def close(self) -> None:
-        """Put everything on the disk."""
+        """Sync everything to the disk."""
         with ExitStack() as files:
             for file in (self._trajectory, self._odometry, self._truth, self._steps, self._lines):
                 if file is not None:
@@ -68,7 +68,7 @@ class Recorder(Closing):
         return ",".join(map(str, values)) + "\n"
 
     def _features(self, step: Step) -> list[dict[str, Any]]:
-        """One LineString a segment, from its start to its end point, metres in the map frame."""
+        """Make one LineString per segment, from its start to its end point, metres in the map frame."""
         segments = step.estimate.segments
         assert segments is not None
         in_map = segments.transformed(step.estimate.T_map_base @ self._T_base_laser)
@@ -79,17 +79,17 @@ class Recorder(Closing):
 
 
 def _base_state(seen: Observation) -> list[int | str]:
-    """State that the base tells of itself, in the order of the columns; empty where it tells nothing."""
+    """Return the state that the base reports, in the order of the columns; empty if unknown."""
     battery = "" if seen.battery is None else f"{seen.battery.volts:.1f}"
     nearest = min(seen.sonar, default=inf)
     return [int(seen.stalled), battery, seen.fault_flags, f"{nearest:.3f}" if nearest < inf else ""]
 
 
 def _millimetres(point: Any) -> list[float]:
-    """A point in metres, to the tenth of a millimetre."""
+    """Format a point in metres, to the tenth of a millimetre."""
     return [round(float(value), 4) for value in point]
 
 
 def _covariance(covariance: FloatArray | None) -> list[str]:
-    """Upper triangle of the covariance, row by row; empty where there is none."""
+    """Return the upper triangle of the covariance, row by row; empty without one."""
     return [""] * 6 if covariance is None else [f"{value:.9g}" for value in covariance[_UPPER]]

@@ -6,15 +6,16 @@ from pathlib import Path
 from typing import Final
 
 from slam.errors import InputError
+from slam.files.links import is_folder_link, link_folder
 
 _LONGEST: Final = 200
-"""Bytes of a scenario's name in that of a folder; systems take 255, and the time is added."""
+"""Bytes of a scenario's name in the name of a folder; systems allow 255, and the time is added."""
 
 
 def make_run_folder(name: str, out: Path | None = None, runs: Path = Path("runs")) -> Path:
-    """A new folder for a run: ``out``, or ``runs/<name>-<time>`` with ``runs/latest`` pointing at it.
+    """Make a new folder for a run: ``out``, or ``runs/<name>-<time>`` with a link ``runs/latest`` to it.
 
-    Raises InputError when ``out`` already holds something, or cannot be made.
+    Raises InputError if ``out`` is not empty, or cannot be made.
     """
     try:
         return _given(out) if out else _stamped(name, runs)
@@ -33,23 +34,20 @@ def _given(out: Path) -> Path:
 def _stamped(name: str, runs: Path) -> Path:
     runs.mkdir(parents=True, exist_ok=True)
     latest = runs / "latest"
-    if latest.exists() and not latest.is_symlink():
+    if latest.exists() and not is_folder_link(latest):
         raise InputError(f"{latest}: is no link that could point at the new run; move it away, or give --out")
     folder = _first_free(runs / f"{shortened(name)}-{datetime.now():%Y%m%d-%H%M%S}")
-    draft = runs / f".latest-{os.getpid()}"
-    draft.unlink(missing_ok=True)
-    draft.symlink_to(folder.name)
-    draft.replace(latest)
+    link_folder(latest, folder)
     return folder
 
 
 def shortened(name: str) -> str:
-    """The name, cut to what a folder's name can hold; never inside a character."""
+    """Cut the name to the length of a folder's name, never inside a character."""
     return os.fsencode(name)[:_LONGEST].decode(errors="ignore")
 
 
 def _first_free(wanted: Path) -> Path:
-    """Make ``wanted``, or ``wanted-2``, ``-3`` ... when another run began in the same second."""
+    """Make ``wanted``, or ``wanted-2``, ``-3`` ... if another run began in the same second."""
     folder, number = wanted, 1
     while True:
         try:

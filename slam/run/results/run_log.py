@@ -1,4 +1,4 @@
-"""``log.mcap``: the raw record of a run, written scan by scan, and read back as far as it was written."""
+"""``log.mcap``: the raw record of a run, written scan by scan, and readable up to any interruption."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -19,31 +19,31 @@ from slam.robot import Observation
 from slam.run.results.step_messages import StepMessages
 from slam.run.step import Step
 
-_SCANS_A_CHUNK: Final = 8
-"""At most; more of them pack no better."""
+_SCANS_PER_CHUNK: Final = 8
+"""Largest chunk size; larger chunks are not smaller when packed."""
 _LOST: Final = 1.0
-"""Seconds of a killed run that may be lost: those in a chunk that is not full."""
+"""Seconds of a killed run that may be lost: those in an incomplete chunk."""
 _BYTES_BESIDE: Final = 31
 """Size of a message's record in MCAP, without the message."""
 _KNOWN_MAP: Final = "hopslam:known_map"
 
 
 class KnownMap(NamedTuple):
-    """The saved map in which a run went on."""
+    """The saved map that a run continued."""
 
     map: str
     """Its path, as it was given."""
     start: str
-    """Place of the robot in it: see ``--start``."""
+    """Start of the robot in it: see ``--start``."""
 
     @classmethod
     def of(cls, notes: Mapping[str, Any]) -> Self | None:
-        """From the notes of an experiment, or its metrics; None where it knew no map."""
+        """Make it from the notes of an experiment, or its metrics; None for a run without a saved map."""
         return cls(str(notes["map"]), str(notes.get("start", "search"))) if "map" in notes else None
 
 
 class RunLog(Closing):
-    """A watcher that appends every step to ``log.mcap``; of a step, the scan comes last."""
+    """Watcher that appends every step to ``log.mcap``; the scan is the last message of a step."""
 
     def __init__(
         self, folder: Path, T_base_laser: Pose2D, known_map: KnownMap | None = None,
@@ -61,12 +61,12 @@ class RunLog(Closing):
             writer.write(topic, nanoseconds(step.observation.scan.stamp), message)
 
     def close(self) -> None:
-        """Write the index, and put everything on the disk."""
+        """Write the index, and sync everything to the disk."""
         if self._writer is not None:
             self._writer.close()
 
     def _begin(self, step: Step, step_size: int) -> McapWriter:
-        """The file, with the mount of the lidar in it; ``step_size`` are the bytes of a step."""
+        """Open the file, and write the mount of the lidar; ``step_size`` is the size of a step, bytes."""
         scan = step.observation.scan
         self._writer = McapWriter(self._path, self._encoder, _chunk_size(step_size, scan.scan_time))
         if self._known_map is not None:
@@ -77,16 +77,19 @@ class RunLog(Closing):
 
 
 def _chunk_size(step_size: int, scan_time: float) -> int:
-    """Bytes at which a chunk is full, for steps of that size and time; where they are slow, each message has its own.
+    """Return the chunk size for steps of that size and time; if they are slow, each message has its own chunk.
 
     One step more than these may be lost, as a chunk can end within one.
     """
     steps = int(_LOST / scan_time + 1e-6) - 1 if scan_time > 0.0 else 0
-    return step_size * min(steps, _SCANS_A_CHUNK) if steps > 1 else 1
+    return step_size * min(steps, _SCANS_PER_CHUNK) if steps > 1 else 1
 
 
 def logged_observations(path: Path) -> Iterator[Observation]:
-    """Observations of the robot, scan by scan; ranges in single precision. InputError when there is no such file."""
+    """Yield the observations of the robot, scan by scan; ranges in single precision.
+
+    InputError if there is no such file.
+    """
     odometry, truth = Odometry(0.0, Pose2D()), None
     for message in logged_messages(path):
         if message.topic == ODOM:
@@ -98,18 +101,18 @@ def logged_observations(path: Path) -> Iterator[Observation]:
 
 
 def logged_mount(path: Path) -> Pose2D:
-    """``T_base_laser``; InputError when there is no such file or it ends before that."""
+    """Return ``T_base_laser``; InputError if there is no such file or it ends before that."""
     return _first_transforms(path, TF_STATIC)[0].pose
 
 
 def logged_start(path: Path) -> Pose2D:
-    """``T_map_base`` at the first scan, as estimated; InputError likewise."""
+    """Return the estimated ``T_map_base`` at the first scan; InputError in the same cases."""
     T_odom_base, T_map_odom = _first_transforms(path, TF)
     return T_map_odom.pose @ T_odom_base.pose
 
 
 def logged_known_map(path: Path) -> KnownMap | None:
-    """The map in which the run went on; None where it began its own, or has no log."""
+    """Return the map that the run continued; None if it began its own, or has no log."""
     if not path.is_file():
         return None
     note = mcap_note(path, _KNOWN_MAP)
@@ -124,7 +127,7 @@ def _first_transforms(path: Path, topic: str) -> list[Transform]:
 
 
 def logged_messages(path: Path) -> Iterator[RawMessage]:
-    """All messages in the order of the file; InputError when there is no such file."""
+    """Yield all messages in the order of the file; InputError if there is no such file."""
     try:
         with suppress(TruncatedFile):
             yield from mcap_messages(path)

@@ -1,4 +1,4 @@
-"""Names that tell runs apart, by what differs between them."""
+"""Names that distinguish runs, by the differences between them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
@@ -7,13 +7,13 @@ from typing import Any, Final
 from slam.run.results.run_record import RunRecord
 
 _NAMED: Final = 3
-"""Number of differing settings that are named; the others are counted."""
+"""Number of differing settings that are listed; the others are counted."""
 _LONGEST: Final = 24
-"""Characters that are shown of a value."""
+"""Number of characters of a value that are shown."""
 
 
 def run_names(records: Sequence[RunRecord]) -> list[str]:
-    """A name for each run: its scenario's; of those that share one, also what differs: seed, settings, date, folder."""
+    """Name each run by its scenario and, if several share one, by what differs: seed, settings, date, folder."""
     names = [record.config.name for record in records]
     for details in (_settings, _dates, _folders):
         for shared in {name for name in names if names.count(name) > 1}:
@@ -24,7 +24,7 @@ def run_names(records: Sequence[RunRecord]) -> list[str]:
 
 
 def _settings(records: Sequence[RunRecord]) -> list[str]:
-    """The settings that are not the same in all of these runs, as each has them."""
+    """Return the settings that differ between these runs, for each run."""
     all_settings = [dict(_leaves(_whole(record))) for record in records]
     keys = dict.fromkeys(key for settings in all_settings for key in settings)
     differing = [key for key in keys if len({repr(settings.get(key)) for settings in all_settings}) > 1]
@@ -34,7 +34,7 @@ def _settings(records: Sequence[RunRecord]) -> list[str]:
 
 
 def _whole(record: RunRecord) -> dict[str, Any]:
-    """The seed, the settings, and what else was given to the run."""
+    """Return the seed, the settings, and other arguments of the run."""
     given = {key: (record.metrics or {}).get(key) for key in ("backend", "log", "map", "start")}
     return {"seed": record.config.seed, **record.config.model_dump(mode="json", exclude={"description"}), **given}
 
@@ -48,14 +48,14 @@ def _leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
 
 
 def _setting(key: str, value: Any) -> str:
-    """A setting without the sections in which its key stands, and with the beginning of a long value."""
+    """Shorten a setting: the key without its sections, and the beginning of a long value."""
     text = "none" if value is None else str(value)
     short = text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
     return f"seed {short}" if key == "seed" else f"{key.rpartition('.')[2]}={short}"
 
 
 def _dates(records: Sequence[RunRecord]) -> list[str]:
-    """Date and time at which each run began; empty where all began together."""
+    """Return date and time at which each run began; empty if all began together."""
     began = [str((record.metrics or {}).get("began", "")) for record in records]
     times = [datetime.fromisoformat(text).strftime("%Y-%m-%d %H:%M:%S") if text else "cut off" for text in began]
     return times if len(set(times)) > 1 else [""] * len(times)

@@ -1,4 +1,4 @@
-"""The folder of a run, read back: of one that ended, or of one that was cut off."""
+"""Reads the folder of a run, finished or interrupted."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -26,28 +26,28 @@ from slam.scenario.file import read_scenario
 from slam.scenario.schema import Scenario
 
 _SAME: Final = 1e-9
-"""Metres and radians: two poses that are no farther apart are one."""
+"""Metres and radians: two poses this near count as one."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunRecord:
-    """Everything that a run left behind; the larger parts are read when they are asked for."""
+    """The results of a run; the larger parts are read on request."""
 
     folder: Path
     config: Scenario
-    """Scenario of the run; of a replay, only ``slam`` and ``seed`` are its own."""
+    """Scenario of the run; for a replay, only ``slam`` and ``seed`` are its own."""
     traces: Traces
     """Stamps, the trajectories and the table of steps, scan by scan."""
     metrics: dict[str, Any] | None
-    """Content of ``metrics.json``; None for a run that was cut off."""
+    """Content of ``metrics.json``; None for an interrupted run."""
     damage: list[str] = field(default_factory=list)
-    """A sentence for each file that is damaged, and was read up to there."""
+    """A sentence for each damaged file, which was read up to the damage."""
 
     @classmethod
     def open(cls, folder: str | Path) -> Self:
-        """Read the folder of a run; InputError for another folder, and where the run did not come to a scan.
+        """Read the folder of a run; InputError for another folder, and for a run without a scan.
 
-        Puts new files in their places first where a command was killed that had them ready.
+        First puts new files in place if a command was killed before it could.
         """
         folder = Path(folder)
         with require_writable(folder, "it has new files to put in place; let it be changed"):
@@ -62,12 +62,12 @@ class RunRecord:
 
     @property
     def name(self) -> str:
-        """Name of the folder, behind links."""
+        """Name of the folder, with links resolved."""
         return self.folder.resolve().name
 
     @property
     def complete(self) -> bool:
-        """True for a run that came to its end, and was measured."""
+        """True for a run that ended by itself, and has metrics."""
         return self.metrics is not None
 
     @property
@@ -77,33 +77,33 @@ class RunRecord:
 
     @property
     def outlines(self) -> list[FloatArray]:
-        """The true walls that the lidar could see, (K, 2) each, metres, map frame; none of a replay."""
+        """True walls that the lidar could see, (K, 2) each, metres, map frame; empty for a replay."""
         return list(self.config.world.outlines(self.config.lidar.height))
 
     @cached_property
     def T_base_laser(self) -> Pose2D:
-        """The mount of the lidar; InputError where the log does not say."""
+        """Mount of the lidar; InputError if the log does not have it."""
         return logged_mount(self.folder / RUN_LOG)
 
     @property
     def start(self) -> Pose2D:
-        """``T_map_base`` before the first scan: as it was given, where the log has that but for its last digits."""
+        """``T_map_base`` before the first scan: as it was given, if the log agrees except for the last digits."""
         logged, given = logged_start(self.folder / RUN_LOG), self.config.robot.start.pose
         offset = given.between(logged)
         return given if offset.distance(Pose2D()) + abs(offset.theta) < _SAME else logged
 
     @property
     def known_map(self) -> KnownMap | None:
-        """The saved map in which it went on, also where it was cut off."""
+        """The saved map that it continued, also for an interrupted run."""
         return KnownMap.of(self.metrics or {}) or logged_known_map(self.folder / RUN_LOG)
 
     def observations(self) -> Iterator[Observation]:
-        """Observations of the robot, scan by scan, in the order of ``traces``; InputError without a log."""
+        """Yield the observations of the robot, scan by scan, in the order of ``traces``; InputError without a log."""
         return logged_observations(self.folder / RUN_LOG)
 
     @cached_property
     def segments(self) -> tuple[IntArray, FloatArray]:
-        """Segments of the mapped scans: the number of the scan of each, (M,), and its start and end, (M, 2, 2).
+        """Segments of the mapped scans: the index of the scan of each, (M,), and its start and end, (M, 2, 2).
 
         Metres, map frame.
         """
@@ -114,21 +114,24 @@ class RunRecord:
 
     @cached_property
     def saved_map(self) -> SavedSlam | None:
-        """``map.json``; None in paper mode, and where the run was cut off or did not change the map."""
+        """Content of ``map.json``; None in paper mode, for an interrupted run, and if the map did not change."""
         path = self.folder / "map.json"
-        again = self.folder / "closed.yaml"  # the settings of hopslam optimize, where they are others
+        again = self.folder / "closed.yaml"  # the settings of hopslam optimize, if they differ
         config = read_scenario(again) if again.is_file() else self.config
         return read_map(path, config.slam) if path.is_file() else None
 
     @cached_property
     def graph(self) -> RunGraph | None:
-        """``graph.json``; None where no loops were closed at the end."""
+        """Content of ``graph.json``; None if no loops were closed at the end."""
         path = self.folder / "graph.json"
         return read_graph(path) if path.is_file() else None
 
     @property
     def walls(self) -> FloatArray:
-        """The map of lines: start and end of each, (M, 2, 2), metres, map frame. Without a saved map, every segment."""
+        """The line map: start and end of each line, (M, 2, 2), metres, map frame.
+
+        Without a saved map, every segment.
+        """
         return self.segments[1] if self.saved_map is None else self.saved_map.mapper.map.ends
 
 

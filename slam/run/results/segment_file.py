@@ -1,4 +1,4 @@
-"""``lines.geojson`` of a run read back, up to where it is cut or damaged."""
+"""Reads ``lines.geojson`` of a run, up to the first damage."""
 
 from collections.abc import Iterator
 from math import isfinite
@@ -13,13 +13,13 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 _NO_FEATURE: Final = (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError)
-"""Exceptions at a value that is another than a feature of this file."""
+"""Exceptions for a value that is not a feature of this file."""
 
 
 def read_segments(path: Path) -> tuple[IntArray, FloatArray, str | None]:
-    """The number of the scan of each segment, (M,), and its start and end, (M, 2, 2), metres.
+    """Read the index of the scan of each segment, (M,), and its start and end, (M, 2, 2), metres.
 
-    A sentence says where the file is damaged, if it is. InputError where it cannot be read.
+    The third value describes the damage of the file, if any. InputError if it cannot be read.
     """
     try:
         text = read_bounded(path)
@@ -37,7 +37,7 @@ def read_segments(path: Path) -> tuple[IntArray, FloatArray, str | None]:
 
 
 def _features(text: bytes) -> Iterator[Any]:
-    """The features one after another, of a whole file or of a cut one, which has a line for each."""
+    """Yield the features, of a complete file or of a truncated one, which has a line for each."""
     try:
         features = parse_json(text)["features"]
     except _NO_FEATURE:
@@ -48,7 +48,7 @@ def _features(text: bytes) -> Iterator[Any]:
 
 
 def _segment(feature: Any) -> tuple[int, list[list[float]]]:
-    """Number of the scan, and the two ends; one of _NO_FEATURE for what is no segment."""
+    """Return the index of the scan, and the two ends; raises one of _NO_FEATURE for anything else."""
     (x0, y0), (x1, y1) = feature["geometry"]["coordinates"]
     scan, numbers = feature["properties"]["scan"], [float(value) for value in (x0, y0, x1, y1)]
     if not isinstance(scan, int) or not 0 <= scan < 2**31 or not all(map(isfinite, numbers)):

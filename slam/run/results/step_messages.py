@@ -1,4 +1,4 @@
-"""Messages of a step, which the log keeps and topics carry."""
+"""Messages of a step, for the log and for topics."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ from slam.run.step import Step
 
 
 class StepMessages:
-    """Encodes each step once, for everybody who asks."""
+    """Encodes each step once, for all users."""
 
     def __init__(self) -> None:
         self._encoder = Encoder()
@@ -16,7 +16,7 @@ class StepMessages:
         self._messages: dict[str, bytes] = {}
 
     def of(self, step: Step) -> dict[str, bytes]:
-        """Return the messages by their topics in the order in which they are sent: the scan comes last."""
+        """Return the messages by topic in the order of sending: the scan comes last."""
         if step is not self._step:
             self._step, self._messages = step, dict(self._encoded(step))
         return self._messages

@@ -1,4 +1,4 @@
-"""``steps.csv`` of a run read back, up to the first line that is cut or damaged."""
+"""Reads ``steps.csv`` of a run, up to the first damaged line."""
 
 from array import array
 from contextlib import closing
@@ -19,14 +19,14 @@ _NEEDED: Final = (
 )  # fmt: skip
 """Columns that every run has."""
 _MAY_BE_EMPTY: Final = ("cov_", "battery", "sonar_")
-"""Columns of which these are the beginnings."""
+"""Prefixes of optional columns."""
 _LARGEST: Final = 1e18
 
 
 def read_steps(path: Path) -> tuple[NDArray[Any], str | None]:
-    """Records (K,), named as the columns, and the fault of the line at which the table ends before the file does.
+    """Read records (K,), with a field for each column, and the fault of the line at which a damaged table ends.
 
-    The fault is None for a whole file. InputError where the head is damaged.
+    The fault is None for an intact file. InputError for a damaged head.
     """
     values, fault = array("d"), None
     with closing(read_lines(path)) as lines:
@@ -48,7 +48,7 @@ def _names(head: bytes, path: Path) -> list[str]:
     missing = [name for name in _NEEDED if name not in names]
     if missing or len(set(names)) < len(names) or "" in names:
         fault = f"has no column {missing[0]}" if missing else "has a column twice, or one without a name"
-        raise InputError(f"{path}: line 1 {fault}; make it anew with hopslam replay of the run's folder")
+        raise InputError(f"{path}: line 1 {fault}; make it again with hopslam replay of the run's folder")
     return names
 
 

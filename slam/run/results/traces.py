@@ -1,4 +1,4 @@
-"""Trajectories and step table of a run, read back from its folder."""
+"""Reads trajectories and step table of a run from its folder."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,47 +13,45 @@ from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
 from slam.run.results.step_table import read_steps
 
 SAME_STAMP: Final = 1e-5
-"""Seconds between two stamps of one scan, which files round to the microsecond."""
+"""Largest difference between two stamps of one scan, seconds; files round to the microsecond."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Traces:
-    """K steps: those that every file of the run has, so that a run which was cut off can be read too."""
+    """K steps: those that all files of the run have, so that an interrupted run can be read too."""
 
     stamps: FloatArray
     """(K,) seconds."""
     estimate: FloatArray
-    """(K, 3): x, y (m), heading (rad) of ``T_map_base`` as SLAM has it ..."""
+    """(K, 3): x, y (m), heading (rad) of ``T_map_base`` estimated by SLAM."""
     odometry: FloatArray
-    """... as dead reckoning has it ..."""
+    """(K, 3): the same by dead reckoning."""
     truth: FloatArray | None
-    """... and as it was, where that is known."""
+    """(K, 3): the true ``T_map_base``, if known."""
     steps: NDArray[Any]
-    """(K,) records, named as the columns of ``steps.csv``."""
+    """(K,): records with the columns of ``steps.csv``."""
     closed: FloatArray | None = None
-    """(K, 3): ``T_map_base`` as it is known after the last loop was closed; None where none was, and where the run was
-    cut off before."""
+    """(K, 3): final ``T_map_base`` after loop closing; None if no loop was closed, or the run was interrupted."""
     damage: tuple[str, ...] = ()
-    """A sentence for each file that is damaged; what comes after that in it, and in the others, is left out."""
+    """A sentence for each damaged file; its rows after the damage, and the same rows of the others, are left out."""
 
     @property
     def final(self) -> FloatArray:
-        """(K, 3): the best that is known of ``T_map_base``, with all that came later where loops were closed."""
+        """(K, 3): the best known ``T_map_base``, the final one if loops were closed."""
         return self.estimate if self.closed is None else self.closed
 
     @property
     def local(self) -> FloatArray | None:
-        """(K, 3): ``T_local_base``, as odometry and matching have it without any closed loop; None of an older run."""
+        """(K, 3): ``T_local_base`` by odometry and matching without loop closing; None for an older run."""
         if "local_x" not in (self.steps.dtype.names or ()):
             return None
         return np.column_stack([self.steps[name] for name in ("local_x", "local_y", "local_theta")])
 
     @property
     def odometry_only(self) -> NDArray[np.bool_]:
-        """True for a scan that was matched and said nothing that could be trusted, (K,).
+        """True for a scan that was matched and rejected, (K,).
 
-        Its pose is odometry alone. A scan between two updates is none, nor is any of an older run, which did not write
-        it down.
+        Its pose is odometry alone. It is False for skipped scans, and in older runs, which did not record it.
         """
         if "odometry_only" not in (self.steps.dtype.names or ()):
             return np.zeros(len(self.steps), np.bool_)
@@ -61,28 +59,28 @@ class Traces:
 
     @property
     def volts(self) -> FloatArray:
-        """(K,): voltage of the base's battery; nan where nobody knows."""
+        """(K,): voltage of the base's battery; nan if unknown."""
         if "battery" not in (self.steps.dtype.names or ()):
             return np.full(len(self.steps), np.nan)
         return np.asarray(self.steps["battery"])
 
     @property
     def jumps(self) -> NDArray[np.bool_]:
-        """True for a scan at which a closure was taken over: pose and map changed as a whole, (K,)."""
+        """True for a scan at which a closure was applied: pose and map changed as a whole, (K,)."""
         if "closure" not in (self.steps.dtype.names or ()):
             return np.zeros(len(self.steps), np.bool_)
         return np.asarray(self.steps["closure"] >= 0)
 
     @property
     def closures(self) -> dict[int, int] | None:
-        """The submap whose closure was taken over, by the number of the scan; None of a run that does not tell."""
+        """The submap whose closure was applied, by the index of the scan; None for a run that did not record it."""
         if "closure" not in (self.steps.dtype.names or ()):
             return None
         return {int(k): int(self.steps["closure"][k]) for k in np.flatnonzero(self.jumps)}
 
     @classmethod
     def read(cls, folder: Path) -> Self | None:
-        """The traces of a run folder, up to where one of its files is damaged; None when it has no step."""
+        """Read the traces of a run folder, up to the first damage of its files; None without a step."""
         if not _has_lines(folder / "trajectory.tum", 1) or not _has_lines(folder / "steps.csv", 2):
             return None
         truth_file = folder / "groundtruth.tum"
@@ -100,9 +98,9 @@ class Traces:
 
 
 def _closed(path: Path, stamps: FloatArray) -> FloatArray | None:
-    """The closed trajectory, which has a pose for each of these scans, and for more where other files are cut.
+    """Return the closed trajectory at these scans; it may have more if other files are truncated.
 
-    InputError where it has not.
+    InputError if one is missing.
     """
     if not path.is_file():
         return None
@@ -117,9 +115,9 @@ def _closed(path: Path, stamps: FloatArray) -> FloatArray | None:
 
 
 def carried_on(known: FloatArray, poses: FloatArray, stamps: FloatArray, motion: FloatArray) -> FloatArray:
-    """Poses (N, 3) at all ``stamps`` (N,) of a run, of which ``poses`` (M, 3) are known at some (M,), others are not.
+    """Return poses (N, 3) at all ``stamps`` (N,) of a run, from ``poses`` (M, 3) at some of them (M,).
 
-    From a known pose to the next one they go on as those of ``motion`` (N, 3) do, and before the first one too.
+    After a known pose, and before the first one, the motion is that of ``motion`` (N, 3).
     """
     at = np.searchsorted(stamps, known - SAME_STAMP)
     last = np.maximum(np.searchsorted(at, np.arange(len(stamps)), side="right") - 1, 0)
@@ -136,7 +134,7 @@ def _has_lines(path: Path, count: int) -> bool:
 
 
 def pose_errors(poses: FloatArray, truth: FloatArray) -> FloatArray:
-    """Estimate minus truth, shape (K, 3): x, y in metres, heading in radians within [-pi, pi]."""
+    """Estimate minus true pose, shape (K, 3): x, y in metres, heading in radians within [-pi, pi]."""
     errors = poses - truth
     errors[:, 2] = wrap_angles(errors[:, 2])
     return errors

@@ -1,1 +1,1 @@
-"""A robot of ROS 2 that is known by its topics only."""
+"""A robot of ROS 2, used through its topics only."""

@@ -1,4 +1,4 @@
-"""The lidar of a robot, as its first scan and its transforms tell it."""
+"""The lidar of a robot, from its first scan and its transforms."""
 
 import logging
 import time
@@ -18,27 +18,27 @@ from slam.scan import LaserScan
 
 _LOG: Final = logging.getLogger("hopslam.ros")
 _LOOK: Final = 0.1
-"""Seconds between two looks whether there is a scan."""
+"""Seconds between two checks for a scan."""
 _TRANSFORM: Final = 2.0
-"""Seconds for which the transform to the lidar is waited for."""
+"""Seconds to wait for the transform to the lidar."""
 _SAME_PLACE, _SAME_HEADING = 0.01, 0.02
-"""Metres and radians by which a lidar may sit elsewhere than it should."""
+"""Largest difference, metres and radians, between the mount in the scenario and that of the transforms."""
 _PERIOD: Final = 0.1
-"""Seconds a scan, where the lidar does not say it."""
+"""Scan period, seconds, if the lidar does not report it."""
 
 
 @dataclass(frozen=True, slots=True)
 class HeardLidar:
-    """The lidar of the first scan; scans of others are passed over."""
+    """The lidar of the first scan; scans of other lidars are skipped."""
 
     frame: str
     lidar: Lidar
     mount: Mount | None
-    """Its place on the base; None where no transform tells it."""
+    """Mount on the base; None if no transform gives it."""
 
     @classmethod
     def wait_for(cls, topics: HeardTopics, until: float) -> Self | None:
-        """Return the lidar of the first scan, which stays the next one; None where none comes until then."""
+        """Return the lidar of the first scan, which stays the next one; None if none comes in time."""
         while time.monotonic() < until:
             raw = topics.next_scan(min(until, time.monotonic() + _LOOK))
             if raw is not None and (scan := _parsed(raw)) is not None:
@@ -49,7 +49,7 @@ class HeardLidar:
         return None
 
     def read(self, raw: RawMessage) -> LaserScan | None:
-        """Return the scan in a message; None where it is garbled, or of another lidar."""
+        """Return the scan in a message; None if it is garbled, or of another lidar."""
         parsed = _parsed(raw)
         if parsed is None or parsed.frame != self.frame:
             return None
@@ -57,7 +57,7 @@ class HeardLidar:
         return scan if scan.scan_time > 0.0 else replace(scan, scan_time=self.lidar.scan_time)
 
     def place(self, otherwise: Pose2D) -> Pose2D:
-        """Return ``T_base_laser``; the other one, with a warning, where no transform tells it."""
+        """Return ``T_base_laser``; ``otherwise``, with a warning, if no transform gives it."""
         if self.mount is not None:
             return self.mount.T_base_laser
         x, y, theta = otherwise.x, otherwise.y, otherwise.theta
@@ -67,7 +67,7 @@ class HeardLidar:
         return otherwise
 
     def require_place(self, expected: Pose2D) -> None:
-        """RobotError where the lidar does not sit there, as the settings of a scenario have it."""
+        """Raise RobotError if the lidar's mount differs from that of the scenario."""
         place = self.place(expected)
         off = expected.between(place)
         if hypot(off.x, off.y) > _SAME_PLACE or abs(off.theta) > _SAME_HEADING:

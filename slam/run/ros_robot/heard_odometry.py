@@ -1,4 +1,4 @@
-"""The odometry that a robot tells, at the time of a scan."""
+"""The odometry of a robot, interpolated at the time of a scan."""
 
 import threading
 import time
@@ -12,15 +12,15 @@ from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 
 _KEPT: Final = 256
-"""Messages that are kept: five seconds of a base that tells its odometry 50 times a second."""
+"""Number of messages that are kept: five seconds at 50 Hz."""
 _RESTART: Final = 1.0
-"""Seconds that a message is earlier than the one before, from which its clock was set back."""
+"""Step back in time, seconds, that shows that the clock was set back."""
 _FARTHEST: Final = 0.25
-"""Seconds beyond the last message for which its speed still predicts the pose."""
+"""Seconds after the last message for which its speed still predicts the pose."""
 
 
 class HeardOdometry:
-    """Messages of odometry, oldest first; threads of a bus add to it, and the program asks."""
+    """Messages of odometry, oldest first; threads of a bus add to it, and the program reads it."""
 
     def __init__(self) -> None:
         self._news = threading.Condition()
@@ -32,7 +32,7 @@ class HeardOdometry:
         return self._heard[-1] if self._heard else None
 
     def add(self, odometry: Odometry) -> None:
-        """Append a message that is later than all before it; where time has gone back for long, all begins anew."""
+        """Append a message that is later than all before it; after a long step back in time, start again."""
         with self._news:
             if self._heard and self._heard[-1].stamp - odometry.stamp > _RESTART:
                 self._heard.clear()
@@ -41,10 +41,10 @@ class HeardOdometry:
                 self._news.notify_all()
 
     def at(self, stamp: float, until: float) -> Odometry | None:
-        """Return pose and speed at this time, in proportion to the time between two messages.
+        """Return pose and speed at this time, interpolated between two messages.
 
-        Waits for one that is not earlier until then, ``time.monotonic``; then the last one is carried on for a quarter
-        of a second at its speed. None where neither can be.
+        Waits for a later message until ``until``, ``time.monotonic``; then the pose is predicted from the last one for
+        up to a quarter of a second. None if both fail.
         """
         with self._news:
             self._news.wait_for(lambda: self._reaches(stamp), max(0.0, until - time.monotonic()))

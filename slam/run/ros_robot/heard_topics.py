@@ -1,4 +1,4 @@
-"""The last messages of a robot's topics, kept until they are asked for."""
+"""The last messages of a robot's topics, kept until they are used."""
 
 import logging
 import threading
@@ -21,7 +21,7 @@ _LOG = logging.getLogger("hopslam.ros")
 
 
 class HeardTopics:
-    """Scans that wait, the oldest dropped where they are too many; odometry; and where the lidar is on its base.
+    """Waiting scans, the oldest dropped if they are too many; odometry; and the mount of the lidar.
 
     Threads of the bus add to it.
     """
@@ -32,7 +32,7 @@ class HeardTopics:
         self._news = threading.Condition()
         self._scans: deque[RawMessage] = deque(maxlen=kept)
         self._links: dict[str, Transform] = {}
-        self._base: str | None = None  # as messages of odometry call it
+        self._base: str | None = None  # name of the base frame in messages of odometry
         self._garbled = 0
         scan = Topic(config.scan_topic, LASER_SCAN, reliable=config.reliable)
         odometry = Topic(config.odom_topic, ODOMETRY, reliable=config.reliable)
@@ -43,7 +43,7 @@ class HeardTopics:
             bus.subscribe(topic, self._hearing(topic, heard))
 
     def next_scan(self, until: float, newest: bool = False) -> RawMessage | None:
-        """Take the oldest scan that waits, or the ``newest``; None where none comes until then, ``time.monotonic``."""
+        """Take the oldest waiting scan, or the ``newest``; None if none comes until ``until``, ``time.monotonic``."""
         with self._news:
             self._news.wait_for(lambda: self._scans, max(0.0, until - time.monotonic()))
             while newest and len(self._scans) > 1:
@@ -51,21 +51,21 @@ class HeardTopics:
             return self._scans.popleft() if self._scans else None
 
     def put_back(self, scan: RawMessage) -> None:
-        """Let this scan be the next once more."""
+        """Put this scan back as the next one."""
         with self._news:
             self._scans.appendleft(scan)
 
     def mount(self, laser: str, until: float) -> Mount | None:
-        """Return the place of a lidar with this frame, waiting for it until then; None where nobody tells it.
+        """Return the mount of a lidar with this frame, waiting for it until ``until``; None if it is not published.
 
-        LogError where it is tilted.
+        LogError if it is tilted.
         """
         with self._news:
             self._news.wait_for(lambda: laser in self._links, max(0.0, until - time.monotonic()))
             return FrameTree(self._links.values()).mount(self._base or BASES[0], laser)
 
     def _hearing(self, topic: Topic, heard: Callable[[RawMessage], None]) -> Callable[[bytes], None]:
-        """Return what takes the bytes of a message; the first that is garbled is warned of."""
+        """Return a function that takes the bytes of a message; the first garbled one causes a warning."""
 
         def hear(message: bytes) -> None:
             try:

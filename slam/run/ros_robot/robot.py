@@ -21,26 +21,27 @@ from slam.topics.ros_bus import open_ros_bus
 from slam.topics.topic import Bus, Topic
 
 _FIRST: Final = 10.0
-"""Seconds for which the first scan of a robot that is to drive is waited for."""
+"""Seconds to wait for the first scan of a robot that is to drive."""
 _DRIVING, _FOLLOWING = 4, 3000
-"""Scans that may wait for a program that drives by them, and must not lag behind, and for one that only maps."""
+"""Scans that may wait, for a program that drives by them and must not lag behind, and for one that only maps."""
 _LATE: Final = 0.25
-"""Seconds for which a scan waits for odometry as late as itself."""
+"""Seconds that a scan waits for its odometry."""
 _STOPS: Final = 3
-"""Commands to stand with which a robot is left, in case one is lost."""
+"""Number of stop commands at the end, in case one is lost."""
 _HINT: Final = "is the robot in this ROS_DOMAIN_ID, and on this machine or in the ROS_AUTOMATIC_DISCOVERY_RANGE?"
 
 
 class TopicRobot(Closing):
     """A robot with the topics that the scenario's section ``ros`` names; use it as a context manager.
 
-    It ends after the scenario's duration. Stamps are those of its messages. The odometry is that at the first beam of a
-    scan, between two messages, from 0 at the first scan; its twist is the one that they tell. Commands keep to the
-    scenario's limits. The robot must stop by itself where no command comes, as those of ROS do. Up to four scans wait
-    for a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
+    The run ends after the scenario's duration. Stamps are those of its messages. The odometry is that at the first beam
+    of a scan, interpolated between two messages, and starts at 0 at the first scan; its twist is that of the messages.
+    Commands are clipped to the scenario's limits. The robot must stop by itself without commands, as is usual in ROS.
+    Up to four scans wait for a caller that observes less often than they arrive; it gets the oldest of them, or with
+    ``newest`` the last.
 
-    With ``follows`` it drives as others command, and five minutes of scans wait. Its lidar then is where the robot's
-    transforms have it, or else at ``mount``; one that drives a scenario must have it where the scenario says.
+    With ``follows`` other programs drive it, and five minutes of scans may wait. The mount of its lidar is then that of
+    the robot's transforms, or else ``mount``; a robot that drives a scenario must have the mount of the scenario.
     """
 
     def __init__(
@@ -54,7 +55,7 @@ class TopicRobot(Closing):
     ) -> None:
         self.T_base_laser = mount or scenario.lidar.mount.pose
         self.T_odom_start = Pose2D()
-        """``T_odom_base`` at the first scan, in the frame odom of the robot itself."""
+        """``T_odom_base`` at the first scan, in the robot's own frame odom."""
         self._scenario, self._follows, self._newest = scenario, follows, newest
         self._bus, self._encoder = bus or open_ros_bus(), Encoder()
         self._commands = Topic(scenario.ros.command_topic, STAMPED_TWIST if scenario.ros.stamped_commands else TWIST)
@@ -65,7 +66,7 @@ class TopicRobot(Closing):
         self._last: Observation | None = None
 
     def __enter__(self) -> Self:
-        """Join the network; a robot that is to drive must be met then, and one that is open stays as it is.
+        """Join the network; a robot that is to drive must be found then, and an open one stays as it is.
 
         RobotError says what is missing.
         """
@@ -81,7 +82,7 @@ class TopicRobot(Closing):
         return self
 
     def meet(self, timeout: float = inf) -> None:
-        """Wait for the first scan, and learn which lidar made it, and where that is; RobotError where none comes."""
+        """Wait for the first scan, and find its lidar and mount; RobotError if none comes."""
         self._lidar = HeardLidar.wait_for(self._opened(), time.monotonic() + timeout)
         if self._lidar is None:
             raise RobotError(f"no scan on {self._scenario.ros.scan_topic} for {timeout:g} s: {_HINT}")
@@ -91,18 +92,18 @@ class TopicRobot(Closing):
             self._lidar.require_place(self.T_base_laser)
 
     def close(self) -> None:
-        """Stop the robot, if it was driven, and leave the network; closing twice does no harm."""
+        """Stop the robot, if it was driven, and leave the network; closing twice is allowed."""
         self._open.close()
 
     @property
     def lidar(self) -> HeardLidar:
-        """The lidar; RobotError before the robot was ever met."""
+        """The lidar; RobotError before the first scan."""
         if self._lidar is None:
             raise RobotError("the lidar is not known before the robot is met")
         return self._lidar
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
-        """Wait for the next scan that has odometry; None when the scenario's duration is over.
+        """Wait for the next scan that has odometry; None once the scenario's duration is over.
 
         RobotTimeout says what did not come.
         """
@@ -121,7 +122,7 @@ class TopicRobot(Closing):
         raise RobotTimeout(self._silence(topics, timeout, alone))
 
     def drive(self, command: Twist2D) -> Twist2D:
-        """Command a velocity, and return it as clipped to the limits; where others drive, the one that was measured."""
+        """Command a velocity, and return it clipped to the limits; if others drive, return the measured one."""
         self._opened()
         if not (isfinite(command.linear) and isfinite(command.angular)):
             raise RobotError(f"cannot drive at {command}: both speeds must be finite numbers")
@@ -158,7 +159,7 @@ class TopicRobot(Closing):
         self._bus.publish(self._commands, stamp, message)
 
     def _silence(self, topics: HeardTopics, timeout: float, alone: int) -> str:
-        """Say what did not come within that time: scans, or odometry for those that came ``alone``."""
+        """Describe what did not come in time: scans, or odometry for scans that came ``alone``."""
         config, told = self._scenario.ros, topics.odometry.last
         if not alone:
             return f"no scan on {config.scan_topic} for {timeout:g} s"

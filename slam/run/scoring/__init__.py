@@ -1,1 +1,1 @@
-"""Scores of a trajectory: the field's usual measures, as evo and the tools of the relations benchmark have them."""
+"""Scores of a trajectory: the usual measures, as in evo and the relations benchmark."""

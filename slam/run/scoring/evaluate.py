@@ -18,7 +18,7 @@ Unit = Literal["m", "frames"]
 
 
 class Score(NamedTuple):
-    """One measure: its name, its errors, and the number of comparisons that were asked for."""
+    """One score: its name, its errors, and the number of comparisons that were requested."""
 
     name: str
     errors: PoseErrors
@@ -26,17 +26,17 @@ class Score(NamedTuple):
 
     @property
     def metres(self) -> dict[str, float]:
-        """Statistics of the errors of the place: mean, std, rmse, median and max, metres; nan of none."""
+        """Statistics of the position errors: mean, std, rmse, median and max, metres; nan for none."""
         return statistics(self.errors.metres)
 
     @property
     def radians(self) -> dict[str, float]:
-        """The same of the heading, radians."""
+        """Statistics of the heading errors, radians."""
         return statistics(self.errors.radians)
 
 
 class Delta(NamedTuple):
-    """Length of the pieces over which the relative error is taken."""
+    """Length of the pieces over which the relative error is computed."""
 
     size: float = 1.0
     unit: Unit = "m"
@@ -44,19 +44,19 @@ class Delta(NamedTuple):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Evaluation:
-    """The scores of a trajectory, in the order in which tables show them."""
+    """The scores of a trajectory, in the order of the tables."""
 
     scores: tuple[Score, ...]
 
     def __getitem__(self, name: str) -> Score:
-        """The score of that name; KeyError lists those there are."""
+        """Return the score with that name; KeyError lists the names."""
         for score in self.scores:
             if score.name == name:
                 return score
         raise KeyError(f"no score {name!r}; there are {', '.join(score.name for score in self.scores)}")
 
     def as_dict(self) -> dict[str, Any]:
-        """An object a score, by its name; metres and radians, None where nothing was compared."""
+        """Return an object for each score, by its name; metres and radians, None if nothing was compared."""
         return {
             score.name: {
                 "metres": score.metres if len(score.errors.metres) else None,
@@ -68,7 +68,7 @@ class Evaluation:
         }
 
     def table(self) -> ResultTable:
-        """A row for the translation of each score, and one for its rotation."""
+        """Make a row for the translation of each score, and one for its rotation."""
         columns, rows = ("mean", "std", "rmse", "median", "max"), list[Sequence[str]]()
         for score in self.scores:
             used = f"{len(score.errors.metres)} of {score.asked}"
@@ -90,11 +90,11 @@ def evaluate(
 ) -> Evaluation:  # fmt: skip
     """Score a trajectory: its absolute and relative error against a reference, or the metric of relations.
 
-    Of the folder of a run, that of the poses as they were known on the way, and again as they are known with its loops
-    closed; its reference is its own truth where none is given. The relative error is taken over pieces of ``delta``
-    metres of the true path, or so many ``frames``. With ``align`` both are aligned rigidly before the absolute error;
-    poses are interpolated where the nearest is within ``max_gap`` seconds. InputError where there is no reference, and
-    where the two share no time.
+    A run folder has two trajectories, that estimated during the run and the final one with its loops closed; its
+    default reference is its own true trajectory. The relative error is computed over pieces of ``delta`` metres of the
+    true path, or of ``delta`` ``frames``. With ``align`` both are aligned rigidly before the absolute error; poses are
+    interpolated if the nearest is within ``max_gap`` seconds. InputError if there is no reference, and if the two do
+    not overlap in time.
     """
     if delta_unit not in ("m", "frames") or not delta > 0.0:
         raise InputError(f"delta {delta:g} {delta_unit}: give more than 0, in m or frames")
@@ -115,7 +115,7 @@ def evaluate(
 def against_reference(
     estimate: Trajectory, reference: Trajectory, delta: Delta, align: bool, gap: float
 ) -> tuple[Score, Score]:
-    """ATE and RPE at the stamps of the reference that the estimate covers; InputError where these are fewer than 3."""
+    """Compute ATE and RPE at the stamps of the reference that the estimate covers; InputError for fewer than 3."""
     at = pose_errors.poses_at(reference.stamps, *estimate, gap)
     poses, truth = at.poses[at.known], reference.poses[at.known]
     if len(poses) < 3:
@@ -130,7 +130,7 @@ def against_reference(
 
 
 def against_relations(estimate: Trajectory, path: Path, gap: float) -> Score:
-    """The metric of Kuemmerle et al.; InputError where the estimate covers no relation."""
+    """Compute the metric of Kuemmerle et al.; InputError if the estimate covers no relation."""
     relations = pose_errors.read_relations(path)
     errors = pose_errors.relation_errors(relations, *estimate, gap)
     if not len(errors.metres):
@@ -139,7 +139,7 @@ def against_relations(estimate: Trajectory, path: Path, gap: float) -> Score:
 
 
 def statistics(errors: FloatArray) -> dict[str, float]:
-    """Mean, standard deviation of all (not of a sample), root mean square, median and maximum; nan of none."""
+    """Return mean, standard deviation of all (not of a sample), root mean square, median and maximum; nan for none."""
     if not len(errors):
         return dict.fromkeys(("mean", "std", "rmse", "median", "max"), float("nan"))
     return {

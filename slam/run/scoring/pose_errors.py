@@ -1,6 +1,7 @@
 """Errors of a trajectory: absolute and relative, against a reference or against relations.
 
-For the first see Sturm et al., IROS 2012; for the second, known by hand, Kuemmerle et al., Autonomous Robots 27, 2009.
+For the errors against a reference see Sturm et al., IROS 2012; for relations, measured by hand, see Kuemmerle et al.,
+Autonomous Robots 27, 2009.
 
 Poses are rows x, y, theta (N, 3), metres and radians.
 """
@@ -19,7 +20,7 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, path_lengths, relative_poses, wrap_angles
 
 MAX_GAP: Final = 10.0
-"""Seconds to the nearest pose on both sides, at most, for a pose between two scans."""
+"""Largest time from an interpolated pose to the nearest poses on both sides, seconds."""
 _RELATION: Final = "t1 t2 x y z roll pitch yaw"
 
 
@@ -31,14 +32,14 @@ class Trajectory(NamedTuple):
 
 
 class InterpolatedPoses(NamedTuple):
-    """Poses (N, 3) at asked times, and whether there are any near enough, (N,)."""
+    """Poses (N, 3) at requested times, and True where there are poses near enough, (N,)."""
 
     poses: FloatArray
     known: NDArray[np.bool_]
 
 
 def poses_at(times: FloatArray, stamps: FloatArray, poses: FloatArray, max_gap: float = MAX_GAP) -> InterpolatedPoses:
-    """The trajectory at these times, linear between its stamps, which must increase."""
+    """Interpolate the trajectory at these times, linearly between its stamps, which must increase."""
     after = np.clip(np.searchsorted(stamps, times), 1, len(stamps) - 1)
     before_gap, after_gap = times - stamps[after - 1], stamps[after] - times
     inside = (before_gap >= 0) & (after_gap >= 0) & (before_gap <= max_gap) & (after_gap <= max_gap)
@@ -48,9 +49,9 @@ def poses_at(times: FloatArray, stamps: FloatArray, poses: FloatArray, max_gap: 
 
 
 def carried_poses(times: FloatArray, trajectory: Trajectory, odometry: Trajectory) -> InterpolatedPoses:
-    """The trajectory at these times, carried there by the odometry from the pose before and from the pose after.
+    """Interpolate the trajectory at these times by the odometry from the pose before and the pose after.
 
-    Between the two it is in proportion. It is for poses that are far apart, where a straight line would cut corners.
+    The two are weighted linearly in time. It is for poses that are far apart, where a straight line would cut corners.
     """
     stamps, poses = trajectory
     known = (times >= stamps[0]) & (times <= stamps[-1])
@@ -65,19 +66,19 @@ def carried_poses(times: FloatArray, trajectory: Trajectory, odometry: Trajector
 
 
 class PoseErrors(NamedTuple):
-    """Sizes of errors, (K,) each."""
+    """Absolute errors, (K,) each."""
 
     metres: FloatArray
     radians: FloatArray
 
 
 def rmse(errors: FloatArray) -> float:
-    """Root mean square; nan of none."""
+    """Return the root mean square; nan for none."""
     return float(np.sqrt(np.mean(errors**2))) if len(errors) else float("nan")
 
 
 def aligned(poses: FloatArray, onto: FloatArray) -> FloatArray:
-    """The poses moved rigidly so that their places fit best, by least squares."""
+    """Align the poses rigidly with ``onto``, by least squares of their positions."""
     a, b = poses[:, :2].mean(axis=0), onto[:, :2].mean(axis=0)
     H = (poses[:, :2] - a).T @ (onto[:, :2] - b)
     turn = np.arctan2(H[0, 1] - H[1, 0], H[0, 0] + H[1, 1])
@@ -86,40 +87,40 @@ def aligned(poses: FloatArray, onto: FloatArray) -> FloatArray:
 
 
 def absolute_errors(poses: FloatArray, truth: FloatArray, align: bool = True) -> PoseErrors:
-    """Errors of every pose, after a rigid alignment or as it stands."""
+    """Return the errors of every pose, with or without a rigid alignment."""
     moved = aligned(poses, truth) if align else poses
     return _sizes(relative_poses(truth, moved))
 
 
 def absolute_error(poses: FloatArray, truth: FloatArray) -> float:
-    """ATE: root mean square of the distances after alignment, metres."""
+    """Return the ATE: root mean square of the distances after alignment, metres."""
     return rmse(absolute_errors(poses, truth).metres)
 
 
 def errors_by_path(poses: FloatArray, truth: FloatArray, length: float) -> PoseErrors:
-    """Errors of the motions over all pieces of this length, metres, of the true path."""
-    way = path_lengths(truth)
-    last = np.searchsorted(way, way + length)
-    first = np.flatnonzero(last < len(way))
-    first = first[way[last[first]] - way[first] < 2 * length + 1]
+    """Return the errors of the motions over all pieces of this length, metres, of the true path."""
+    distances = path_lengths(truth)
+    last = np.searchsorted(distances, distances + length)
+    first = np.flatnonzero(last < len(distances))
+    first = first[distances[last[first]] - distances[first] < 2 * length + 1]
     return _motion_errors(poses, truth, first, last[first])
 
 
 def errors_by_frames(poses: FloatArray, truth: FloatArray, frames: int) -> PoseErrors:
-    """Errors of the motions from every pose to the one that many later."""
+    """Return the errors of the motions from every pose to the one ``frames`` later."""
     first = np.arange(max(len(poses) - frames, 0))
     return _motion_errors(poses, truth, first, first + frames)
 
 
 def relative_error(poses: FloatArray, truth: FloatArray, length: float = 10.0) -> float:
-    """RPE: root mean square of the translation error over all pieces of this length of the true path, metres."""
+    """Return the RPE: root mean square of the translation error over all pieces of this length of the path, metres."""
     return rmse(errors_by_path(poses, truth, length).metres)
 
 
 def read_relations(path: Path) -> FloatArray:
-    """Rows t1, t2, x, y, yaw, seconds, metres and radians, of a file of relations.
+    """Read rows t1, t2, x, y, yaw, seconds, metres and radians, from a file of relations.
 
-    Its lines are ``t1 t2 x y z roll pitch yaw``, plain or gzip. LogError, naming the line, for another one.
+    Its lines are ``t1 t2 x y z roll pitch yaw``, plain or gzip. LogError, with the line, for any other line.
     """
     with closing(read_lines(path)) as lines:
         rows = [
@@ -131,12 +132,12 @@ def read_relations(path: Path) -> FloatArray:
 
 
 def relation_errors(relations: FloatArray, stamps: FloatArray, poses: FloatArray, gap: float = MAX_GAP) -> PoseErrors:
-    """Errors of every relation whose two times the trajectory covers."""
+    """Return the errors of every relation whose two times the trajectory covers."""
     return errors_between(relations, *(poses_at(relations[:, column], stamps, poses, gap) for column in (0, 1)))
 
 
 def errors_between(relations: FloatArray, first: InterpolatedPoses, second: InterpolatedPoses) -> PoseErrors:
-    """Errors of those relations both of whose poses are known."""
+    """Return the errors of the relations whose two poses are known."""
     errors = relative_poses(relations[:, 2:], relative_poses(first.poses, second.poses))[first.known & second.known]
     return _sizes(errors)
 

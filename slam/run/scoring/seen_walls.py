@@ -15,25 +15,25 @@ from slam.run.step import Step
 from slam.scan import COS, SIN
 
 TIMES: Final = 3
-"""Scans that must have seen a place on a wall for the map to have it."""
+"""Number of scans that must have seen a sample of a wall for the map to have it."""
 MOVED: Final = 0.1, float(np.radians(10.0))
-"""Metres or radians from one scan that counts to the next: what a robot sees while it stands, it sees once."""
-SAME_RANGE = 0.1  # metres, and share of the range: an echo farther from where the wall is comes from something else
-MIN_INCIDENCE = float(np.cos(np.radians(75.0)))  # cosine between a beam and the normal of a face that it sees
+"""Motion between two counted scans, metres or radians, so that a robot at rest counts once."""
+SAME_RANGE = 0.1  # metres, and share of the range: largest difference of an echo from the wall
+MIN_INCIDENCE = float(np.cos(np.radians(75.0)))  # least cosine between a beam and the normal of a face that it sees
 
 
 class SeenWalls:
-    """A watcher that counts for every sample of the true walls the scans that saw it from the true poses.
+    """Watcher that counts, for every sample of the true walls, the scans that saw it from the true poses.
 
-    A scan saw what of a face lies between two neighbouring beams that both meet this face first, no more than 75
-    degrees off its normal, and whose echoes come from there: within 0.1 m, or a tenth of the range where that is more.
-    Memory does not grow with the run.
+    A scan sees the part of a face between two neighbouring beams that both hit this face first, at most 75 degrees off
+    its normal, and whose ranges match it: within 0.1 m, or a tenth of the range if that is more. Memory does not grow
+    with the run.
     """
 
     def __init__(self, outlines: Sequence[FloatArray], T_base_laser: Pose2D) -> None:
         self.walls = true_walls(outlines)
         self.scans = np.zeros(len(self.walls.samples), np.int64)
-        """Scans that saw each sample, (N,)."""
+        """Number of scans that saw each sample, (N,)."""
         self._firsts = np.searchsorted(self.walls.face_of, np.arange(len(self.walls.faces) + 1))
         self._T_base_laser = T_base_laser
         self._last: Pose2D | None = None
@@ -44,7 +44,7 @@ class SeenWalls:
         return self.scans >= TIMES
 
     def on_step(self, step: Step) -> None:
-        """Count what this scan saw, where the truth is known and the robot has moved since the last that counted."""
+        """Count the samples that this scan saw, if the true pose is known and the robot has moved enough."""
         T_map_base, odometry = step.observation.T_map_base, step.observation.odometry
         if T_map_base is None or (self._last is not None and not _has_moved(self._last, T_map_base)):
             return
@@ -64,9 +64,9 @@ def _has_moved(last: Pose2D, now: Pose2D) -> bool:
 
 @compiled
 def _met(origin: FloatArray, beams: FloatArray, ranges: FloatArray, faces: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The face that each beam (B, 2) sees, (B,), -1 for none, and the metres from the start of it to the echo, (B,).
+    """Return the face that each beam (B, 2) sees, (B,), -1 for none, and the distance from its start, (B,), metres.
 
-    Only a face that has the origin (2,) to its left can be met; ``ranges`` (B,) are nan without an echo.
+    Only a face that has the origin (2,) to its left can be seen; ``ranges`` (B,) are nan without an echo.
     """
     B = len(beams)
     face, along = np.full(B, -1, np.int64), np.zeros(B)
@@ -102,7 +102,7 @@ def _met(origin: FloatArray, beams: FloatArray, ranges: FloatArray, faces: Float
 
 @compiled
 def _is_beyond(x: float, y: float, dx: float, dy: float, reach: float) -> bool:
-    """True where the box about the line from (x, y) on by (dx, dy) is farther than ``reach`` in x or in y."""
+    """Return True if the bounding box of the line from (x, y) by (dx, dy) is farther than ``reach`` in x or in y."""
     return (
         min(x, x + dx) > reach or max(x, x + dx) < -reach or min(y, y + dy) > reach or max(y, y + dy) < -reach
     )  # fmt: skip

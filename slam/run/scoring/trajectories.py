@@ -11,11 +11,11 @@ from slam.run.scoring.pose_errors import Trajectory
 
 
 class HasTrajectory(Protocol):
-    """Whatever has a trajectory: a run, or a map that was made."""
+    """Any object with a trajectory: a run, or a map."""
 
     @property
     def stamps(self) -> FloatArray:
-        """Seconds, (K,)."""
+        """Stamps, (K,), seconds."""
         ...
 
     @property
@@ -25,13 +25,13 @@ class HasTrajectory(Protocol):
 
 
 Source = str | Path | HasTrajectory
-"""A trajectory: the folder of a run, a TUM file, or what has one."""
+"""A trajectory: the folder of a run, a TUM file, or an object that has one."""
 
 
 def read_trajectory(source: Source) -> Trajectory:
-    """Read the final trajectory of a run folder, the poses of a TUM file, or those of an object that has some.
+    """Read the final trajectory of a run folder, the poses of a TUM file, or those of an object.
 
-    InputError for what is neither.
+    InputError for anything else.
     """
     if not isinstance(source, str | Path):
         return Trajectory(source.stamps, source.trajectory)
@@ -42,10 +42,10 @@ def read_trajectory(source: Source) -> Trajectory:
 
 
 def trajectories_to_score(source: Source) -> dict[str, Trajectory]:
-    """Trajectories by the prefix of their scores' names.
+    """Return trajectories by the prefix of their scores' names.
 
-    Of a run folder they are the estimate as it was known on the way, and where its loops were closed that known in the
-    end; of another source its one trajectory.
+    A run folder has the one estimated during the run and, if its loops were closed, the final one; any other source has
+    a single one.
     """
     folder = getattr(source, "folder", source)
     if not isinstance(folder, str | Path) or not Path(folder).is_dir():
@@ -56,10 +56,10 @@ def trajectories_to_score(source: Source) -> dict[str, Trajectory]:
 
 
 def reference_of(source: Source, given: Source | None) -> Trajectory:
-    """The given reference, or the truth of a run; InputError where there is none."""
+    """Return the given reference, or the true trajectory of a run; InputError if there is none."""
     if given is not None:
         return read_trajectory(given)
     folder = getattr(source, "folder", source)
     if isinstance(folder, str | Path) and (truth := Path(folder) / "groundtruth.tum").is_file():
         return read_trajectory(truth)
-    raise InputError(f"{folder}: knows no truth; give --reference FILE.tum or --relations FILE")
+    raise InputError(f"{folder}: has no true trajectory; give --reference FILE.tum or --relations FILE")

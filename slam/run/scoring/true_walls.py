@@ -1,4 +1,4 @@
-"""The true walls of a world as the lidar could see them: the free faces of its solids, cut at the lidar's height."""
+"""The true walls of a world that the lidar could see: the free faces of its solids, cut at the lidar's height."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -9,28 +9,28 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 SPACING: Final = 0.05
-"""Metres between the samples of a face, at most."""
+"""Largest distance between the samples of a face, metres."""
 ASIDE: Final = 1e-3
-"""Metres before a face where nothing may stand, for it to be free; faces on one line no farther apart are one."""
+"""Depth in front of a face that must be free, metres; faces on one line with a smaller gap are joined."""
 ROUNDING: Final = 1e-6
-"""Metres: a part that is shorter has no direction."""
+"""Least length of a part that has a direction, metres."""
 BLOCK: Final = 256
-"""Edges, from the left to the right, that are compared at once with the solids above and below them."""
+"""Number of edges, from left to right, that are compared at once with the solids above and below them."""
 SHORTEST: Final = 5e-3
-"""Metres: what is left of a face between two solids and is shorter is none."""
+"""Least length of a part of a face between two solids, metres."""
 
 
 class TrueWalls(NamedTuple):
     """F faces and N samples of them; metres, map frame."""
 
     faces: FloatArray
-    """(F, 2, 2): [face, start or end, x or y]. The free side is to the left, as the lidar is of a mapped segment."""
+    """(F, 2, 2): [face, start or end, x or y]. The free side is to the left, like the lidar of a mapped segment."""
     samples: FloatArray
-    """(N, 2): middles of equal parts of each face, in its order ..."""
+    """(N, 2): middles of equal parts of each face, in its order."""
     face_of: IntArray
-    """... the face of each (N,), which rises ..."""
+    """(N,): face of each sample, in ascending order."""
     weights: FloatArray
-    """... and the length that it stands for, (N,)."""
+    """(N,): length of the part of each sample."""
 
     @property
     def lengths(self) -> FloatArray:
@@ -39,10 +39,10 @@ class TrueWalls(NamedTuple):
 
 
 def true_walls(outlines: Sequence[FloatArray]) -> TrueWalls:
-    """The free faces of solids with these outlines (K, 2), each convex and counter-clockwise.
+    """Return the free faces of solids with these outlines (K, 2), each convex and counter-clockwise.
 
-    What stands against another solid or within it is no face. Faces that touch on one line are one: a wall may be made
-    of many solids.
+    Parts that touch another solid or lie within it are no faces. Faces that touch on one line are joined: a wall may be
+    made of many solids.
     """
     if not outlines:
         return _sampled(np.empty((0, 2, 2)))
@@ -50,11 +50,11 @@ def true_walls(outlines: Sequence[FloatArray]) -> TrueWalls:
 
 
 def _free_parts(outlines: Sequence[FloatArray]) -> FloatArray:
-    """The parts of all edges before which nothing stands, each with its free side to the left, (F, 2, 2)."""
+    """Return the parts of all edges with free space in front, each with its free side to the left, (F, 2, 2)."""
     edges = np.concatenate([np.stack([np.roll(outline, -1, axis=0), outline], axis=1) for outline in outlines])
-    way = edges[:, 1] - edges[:, 0]
-    lengths = np.maximum(np.hypot(*way.T), ROUNDING)
-    before = edges + (np.column_stack([-way[:, 1], way[:, 0]]) * (ASIDE / lengths)[:, None])[:, None]
+    vectors = edges[:, 1] - edges[:, 0]
+    lengths = np.maximum(np.hypot(*vectors.T), ROUNDING)
+    before = edges + (np.column_stack([-vectors[:, 1], vectors[:, 0]]) * (ASIDE / lengths)[:, None])[:, None]
     edge, solid = _near(before, outlines)
     begin, end = _parts_within(before[edge], solid, outlines)
     hidden = begin < end
@@ -62,11 +62,11 @@ def _free_parts(outlines: Sequence[FloatArray]) -> FloatArray:
     of_edge, shares = np.array([e for e, *_ in parts], np.int64), np.array([share for _, *share in parts])
     long_enough = np.diff(shares.reshape(-1, 2))[:, 0] * lengths[of_edge] > ROUNDING
     of_edge, shares = of_edge[long_enough], shares.reshape(-1, 2)[long_enough]
-    return np.asarray(edges[of_edge, :1] + shares[:, :, None] * way[of_edge, None])
+    return np.asarray(edges[of_edge, :1] + shares[:, :, None] * vectors[of_edge, None])
 
 
 def _near(edges: FloatArray, outlines: Sequence[FloatArray]) -> tuple[IntArray, IntArray]:
-    """Edges (E, 2, 2) and solids whose boxes overlap, (P,) each."""
+    """Return edges (E, 2, 2) and solids whose bounding boxes overlap, (P,) each."""
     low, high = (np.array([bound(outline, axis=0) for outline in outlines]) for bound in (np.min, np.max))
     lower, upper = edges.min(axis=1), edges.max(axis=1)
     from_the_left, found = np.argsort(lower[:, 0], kind="stable"), []
@@ -81,9 +81,12 @@ def _near(edges: FloatArray, outlines: Sequence[FloatArray]) -> tuple[IntArray, 
 
 
 def _parts_within(edges: FloatArray, solid: IntArray, outlines: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Shares of each edge (P, 2, 2) between which it is in its convex solid, (P,) each; begin >= end for never."""
+    """Return the shares of each edge (P, 2, 2) between which it is in its convex solid, (P,) each.
+
+    If an edge is never inside, its begin is not below its end.
+    """
     begin, end = np.zeros(len(edges)), np.ones(len(edges))
-    start, way = edges[:, 0], edges[:, 1] - edges[:, 0]
+    start, vectors = edges[:, 0], edges[:, 1] - edges[:, 0]
     corners, sizes = np.concatenate(outlines), np.array(list(map(len, outlines)))
     firsts = np.cumsum(sizes) - sizes
     for side in range(sizes.max()):
@@ -92,7 +95,7 @@ def _parts_within(edges: FloatArray, solid: IntArray, outlines: Sequence[FloatAr
         corner = corners[first + side]
         along, to_start = corners[first + (side + 1) % size] - corner, start[at] - corner
         here = along[:, 0] * to_start[:, 1] - along[:, 1] * to_start[:, 0]  # positive to the left: inside
-        change = along[:, 0] * way[at, 1] - along[:, 1] * way[at, 0]
+        change = along[:, 0] * vectors[at, 1] - along[:, 1] * vectors[at, 0]
         level = np.abs(change) < 1e-12
         share = -here / np.where(level, 1.0, change)
         enters, leaves, outside = ~level & (change > 0.0), ~level & (change < 0.0), level & (here < 0.0)
@@ -103,7 +106,7 @@ def _parts_within(edges: FloatArray, solid: IntArray, outlines: Sequence[FloatAr
 
 
 def _left_free(edge: IntArray, begin: FloatArray, end: FloatArray, count: int) -> list[tuple[int, float, float]]:
-    """The parts of the edges that no solid hides, each from 0 to 1: the number of the edge, and from where to where."""
+    """Return the parts of the edges that no solid hides, with shares from 0 to 1: index of the edge, begin and end."""
     left = []
     reach = np.zeros(count)
     for k in np.lexsort([begin, edge]):
@@ -115,9 +118,9 @@ def _left_free(edge: IntArray, begin: FloatArray, end: FloatArray, count: int) -
 
 
 def _joined(parts: FloatArray) -> FloatArray:
-    """Parts that touch or overlap on one line, facing the same way, as one face each."""
-    way = parts[:, 1] - parts[:, 0]
-    along = way / np.hypot(*way.T)[:, None]
+    """Join parts that touch or overlap on one line and face the same way."""
+    vectors = parts[:, 1] - parts[:, 0]
+    along = vectors / np.hypot(*vectors.T)[:, None]
     rho = along[:, 0] * parts[:, 0, 1] - along[:, 1] * parts[:, 0, 0]
     begin, end = (np.sum(along * parts[:, side], axis=1) for side in (0, 1))
     line = np.unique(np.round(np.column_stack([along, rho]), 6) + 0.0, axis=0, return_inverse=True)[1].ravel()

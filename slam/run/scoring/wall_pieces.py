@@ -9,26 +9,26 @@ from slam.compiled import compiled
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
-PIECE = 0.02  # metres: mapped lines are judged in pieces no longer than this
-NEAR = 0.10  # metres: a piece is no farther from the face that it shows
-SAME_WAY = float(np.cos(np.radians(20.0)))  # cosine between a mapped line and the face, both with their free side left
+PIECE = 0.02  # metres: longest piece of a mapped line that is judged
+NEAR = 0.10  # metres: largest distance of a piece from the face that it shows
+SAME_WAY = float(np.cos(np.radians(20.0)))  # least cosine between line and face, both with their free side to the left
 
 
 class Pieces(NamedTuple):
     """P pieces of the mapped lines."""
 
     line: IntArray
-    """Line of each, (P,), which rises."""
+    """(P,): line of each piece, in ascending order."""
     middle: FloatArray
-    """(P, 2)."""
+    """(P, 2): middle of each piece."""
     length: FloatArray
-    """(P,)."""
+    """(P,): length of each piece."""
     span: FloatArray
-    """Begin and end of each along its face, from the start of that on, (P, 2)."""
+    """(P, 2): begin and end of each piece along its face, from the start of the face."""
     face: IntArray
-    """Nearest face that looks the same way, no farther than NEAR, (P,); -1 for none."""
+    """(P,): nearest face that faces the same way, within NEAR; -1 for none."""
     free: NDArray[np.bool_]
-    """True where no face at all is as near, (P,)."""
+    """(P,): True if no face at all is that near."""
 
 
 def judge(lines: FloatArray, faces: FloatArray) -> Pieces:
@@ -37,7 +37,7 @@ def judge(lines: FloatArray, faces: FloatArray) -> Pieces:
 
 
 def lengths_once(pieces: Pieces, faces: FloatArray) -> FloatArray:
-    """Length of each face (F,) on which a line lies, were it there once or more."""
+    """Return the length of each face (F,) on which there are lines, once or several times."""
     on = np.flatnonzero(pieces.face >= 0)
     on = on[np.lexsort([pieces.span[on, 0], pieces.face[on]])]
     return _unions(pieces.face[on], pieces.span[on], len(faces))
@@ -45,7 +45,7 @@ def lengths_once(pieces: Pieces, faces: FloatArray) -> FloatArray:
 
 @compiled
 def _unions(face: IntArray, spans: FloatArray, count: int) -> FloatArray:
-    """Length of the union of the spans (Q, 2) of each face, sorted by face and begin, (F,)."""
+    """Return the length of the union of the intervals (Q, 2) of each face, sorted by face and begin, (F,)."""
     lengths, reach, last = np.zeros(count), 0.0, -1
     for q in range(len(face)):
         if face[q] != last:
@@ -56,7 +56,7 @@ def _unions(face: IntArray, spans: FloatArray, count: int) -> FloatArray:
 
 
 def longest_free(pieces: Pieces) -> float:
-    """Length of the longest run of free pieces of one line."""
+    """Return the length of the longest run of free pieces of one line."""
     longest, length = 0.0, 0.0
     for k in np.flatnonzero(pieces.free):
         follows = k > 0 and pieces.free[k - 1] and pieces.line[k - 1] == pieces.line[k]
@@ -69,7 +69,7 @@ def longest_free(pieces: Pieces) -> float:
 def _judge(
     lines: FloatArray, faces: FloatArray
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, IntArray, NDArray[np.bool_]]:
-    """The columns of Pieces for the lines (M, 2, 2) and faces (F, 2, 2)."""
+    """Compute the columns of Pieces for the lines (M, 2, 2) and faces (F, 2, 2)."""
     M, F = len(lines), len(faces)
     counts = np.empty(M, np.int64)
     for m in range(M):
@@ -108,7 +108,7 @@ def _judge(
 
 @compiled
 def _boxes_near(a: FloatArray, b: FloatArray) -> bool:
-    """True where the boxes about two lines (2, 2) are no farther apart than NEAR in x and in y."""
+    """Return True if the bounding boxes of two lines (2, 2) are within NEAR in x and in y."""
     for axis in range(2):
         if max(a[0, axis], a[1, axis]) + NEAR < min(b[0, axis], b[1, axis]):
             return False
@@ -119,7 +119,7 @@ def _boxes_near(a: FloatArray, b: FloatArray) -> bool:
 
 @compiled
 def _distance(x: float, y: float, face: FloatArray) -> float:
-    """Distance of (x, y) from the face (2, 2), which has a length."""
+    """Return the distance of (x, y) from the face (2, 2), which must have a length."""
     fx, fy = face[1, 0] - face[0, 0], face[1, 1] - face[0, 1]
     px, py = x - face[0, 0], y - face[0, 1]
     along = min(max((px * fx + py * fy) / (fx * fx + fy * fy), 0.0), 1.0)
@@ -128,16 +128,16 @@ def _distance(x: float, y: float, face: FloatArray) -> float:
 
 @compiled
 def _place(x: float, y: float, face: FloatArray) -> float:
-    """Metres from the start of the face to the foot of (x, y) on its line."""
+    """Return the metres from the start of the face to the projection of (x, y) on its line."""
     fx, fy = face[1, 0] - face[0, 0], face[1, 1] - face[0, 1]
     return float(((x - face[0, 0]) * fx + (y - face[0, 1]) * fy) / np.hypot(fx, fy))
 
 
 @compiled
 def covered(samples: FloatArray, face_of: IntArray, faces: FloatArray, lines: FloatArray) -> NDArray[np.bool_]:
-    """True for each sample (N, 2) beside a line that looks the same way, no farther than NEAR from it, (N,)."""
+    """Return True for each sample (N, 2) beside a line that faces the same way, within NEAR, (N,)."""
     covered = np.zeros(len(samples), np.bool_)
-    ways = faces[:, 1] - faces[:, 0]
+    directions = faces[:, 1] - faces[:, 0]
     for m in range(len(lines)):
         x, y = lines[m, 0]
         dx, dy = lines[m, 1, 0] - x, lines[m, 1, 1] - y
@@ -151,6 +151,6 @@ def covered(samples: FloatArray, face_of: IntArray, faces: FloatArray, lines: Fl
             px, py = samples[n, 0] - x, samples[n, 1] - y
             along = px * dx + py * dy
             if along >= 0.0 and along <= length and abs(px * dy - py * dx) <= NEAR:
-                fx, fy = ways[face_of[n]]
+                fx, fy = directions[face_of[n]]
                 covered[n] = fx * dx + fy * dy >= SAME_WAY * np.hypot(fx, fy)
     return covered

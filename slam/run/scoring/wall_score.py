@@ -1,7 +1,7 @@
-"""Score of a line map against the true walls of the world: what of it is wall, and what of the wall it has.
+"""Score of a line map against the true walls of the world: precision and recall by length.
 
-A piece of a mapped line **is wall** where a true face that faces the same way is nearer than NEAR, and **hangs in free
-air** where no face at all is. Nothing is aligned: the map frame begins at the true start.
+A piece of a mapped line **is wall** if a true face that faces the same way is nearer than NEAR, and is **in free
+space** if no face at all is that near. Nothing is aligned: the map frame begins at the true start.
 """
 
 from typing import Any, Final, NamedTuple
@@ -15,54 +15,55 @@ from slam.run.scoring.true_walls import TrueWalls
 from slam.run.scoring.wall_pieces import NEAR, SAME_WAY, Pieces, covered, judge, lengths_once, longest_free
 
 MIN_WALL: Final = 0.2
-"""Metres: a face that is shorter, as those of legs and of round things, need not be in the map."""
+"""Least length of a face that the map must have, metres; legs and round things have shorter ones."""
 BEYOND: Final = 0.2
-"""Metres beyond the end of a face, where no other within NEAR must look the same way, for the wall to end there."""
+"""Metres beyond the end of a face without another face that faces the same way for the wall to end there."""
 WHOLE: Final = 0.95
-"""Share of a face that was seen, for its length to be known."""
+"""Share of a face that must be seen for its length to be known."""
 
 
 class WallScore(NamedTuple):
-    """The agreement of the lines of a map with the walls; metres."""
+    """Agreement of the lines of a map with the walls; metres."""
 
     mapped: float
-    """Length of all lines of the map ..."""
+    """Length of all lines of the map."""
     right: float
-    """... and of what of them is wall."""
+    """Length of the part of them that is wall."""
     seen: float
-    """Length of the walls that were seen ..."""
+    """Length of the walls that were seen."""
     found: float
-    """... and of what of them is in the map."""
+    """Length of the part of them that is in the map."""
     length_errors: FloatArray
-    """(L,) of every wall that was seen whole and is in the map: the length that is mapped on it less its own."""
+    """(L,): mapped length minus true length, for every wall that was seen completely and is in the map."""
     whole_lengths: FloatArray
-    """Their own lengths, (L,)."""
+    """(L,): their true lengths."""
     end_errors: FloatArray
-    """(K,) from every end of a wall that was seen, and is in the map, to the nearest end of the lines on that wall."""
+    """(K,): distance from every end of a wall that was seen, and is in the map, to the nearest line end on that
+    wall."""
     doubled: float
-    """Length mapped on walls beyond the first line there."""
+    """Length mapped on walls in addition to the first line there."""
     free_air: float
-    """Length of lines in free air ..."""
+    """Length of lines in free space."""
     phantom: float
-    """... and of the longest such piece of a line."""
+    """Length of the longest such piece of a line."""
 
     @property
     def precision(self) -> float:
-        """Share of the mapped length that is wall; nan of an empty map."""
+        """Share of the mapped length that is wall; nan for an empty map."""
         return self.right / self.mapped if self.mapped > 0.0 else float("nan")
 
     @property
     def length_error_share(self) -> float:
-        """Sum of what the walls that were seen whole are too long or too short, as a share of their length.
+        """Sum of the length errors of the completely seen walls, as a share of their length.
 
-        It is nan where there is none.
+        It is nan if there are none.
         """
         total = float(self.whole_lengths.sum())
         return float(np.abs(self.length_errors).sum()) / total if total > 0.0 else float("nan")
 
     @property
     def recall(self) -> float:
-        """Share of the seen walls that is in the map; nan where none was seen."""
+        """Share of the seen walls that is in the map; nan if none was seen."""
         return self.found / self.seen if self.seen > 0.0 else float("nan")
 
 
@@ -94,7 +95,7 @@ def score_walls(walls: TrueWalls, seen: NDArray[np.bool_], lines: FloatArray) ->
 
 
 def wall_metrics(score: WallScore) -> dict[str, Any]:
-    """The score as ``metrics.json`` has it; None for what is not known."""
+    """Return the score in the form of ``metrics.json``; None for unknown values."""
     ends, lengths = score.end_errors, np.abs(score.length_errors)
     values = {
         "wall_precision": score.precision,
@@ -112,7 +113,7 @@ def wall_metrics(score: WallScore) -> dict[str, Any]:
 
 
 def _seen_whole(walls: TrueWalls, required: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """True for the faces whose length is known, (F,)."""
+    """Return True for the faces whose length is known, (F,)."""
     seen = np.bincount(walls.face_of, walls.weights * required, len(walls.faces))
     return np.asarray(seen >= WHOLE * walls.lengths)
 
@@ -132,9 +133,9 @@ def _end_errors(walls: TrueWalls, required: NDArray[np.bool_], pieces: Pieces, l
 
 
 def wall_ends(walls: TrueWalls) -> NDArray[np.bool_]:
-    """True for the starts and ends of faces beyond which no other goes on, (F, 2).
+    """Return True for the starts and ends of faces beyond which no other continues, (F, 2).
 
-    The wall goes on behind a thin wall that stands against it, and with a small step, as at a door that is shut.
+    The wall continues behind a thin wall that touches it, and at a small step, as at a closed door.
     """
     along = (walls.faces[:, 1] - walls.faces[:, 0]) / walls.lengths[:, None]
     beyond = walls.faces + BEYOND * np.stack([-along, along], axis=1)

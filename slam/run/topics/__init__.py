@@ -1,1 +1,1 @@
-"""A run on topics: published for ROS and Foxglove as it goes, and driven by them."""
+"""Topics of a run: published for ROS and Foxglove during the run, with commands from them."""

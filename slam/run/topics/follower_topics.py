@@ -14,7 +14,7 @@ from slam.topics.topic import Bus
 
 
 class FollowerTopics(SlamTopics):
-    """A watcher that publishes map -> odom, which joins the robot's own frames to the map, and what SLAM knows."""
+    """Watcher that publishes map -> odom, which joins the robot's own frames to the map, and the results of SLAM."""
 
     def __init__(
         self, bus: Bus, slam: Estimator, scenario: Scenario, messages: StepMessages, robot: TopicRobot
@@ -41,5 +41,5 @@ class FollowerSession(TopicSession):
         self._robot = robot
 
     def make_watcher(self, slam: Estimator, scenario: Scenario, messages: StepMessages) -> FollowerTopics:
-        """Make the watcher that publishes what SLAM knows."""
+        """Make the watcher that publishes the results of SLAM."""
         return FollowerTopics(self.bus, slam, scenario, messages, self._robot)

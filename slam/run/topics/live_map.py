@@ -1,4 +1,4 @@
-"""The occupancy grid of a run while it goes on, which moves with the map where a loop is closed."""
+"""The occupancy grid of a run in progress, which is rebuilt when a loop is closed."""
 
 from array import array
 from typing import Final, NamedTuple
@@ -13,35 +13,35 @@ from slam.run.results.traces import carried_on
 from slam.run.step import Step
 
 _MARGIN: Final = 5.0
-"""Metres by which the grid reaches beyond what was seen, so that it seldom has to grow."""
+"""Margin of the grid around what was seen, metres, so that it seldom has to grow."""
 _STEP: Final = 0.1
-"""Metres, and radians, that the robot must have moved for a scan to be counted: one that stands sees the same again."""
+"""Least motion between two counted scans, metres and radians: a robot at rest sees the same again."""
 
 
 class Kept(NamedTuple):
-    """The beams of a scan, sensor frame, and its number in the run."""
+    """The beams of a scan, sensor frame, and its index in the run."""
 
     number: int
     beams: Beams
 
 
 class LiveMap:
-    """Counts the beams of the scans, and counts them anew where the back end has moved their poses.
+    """Counts the beams of the scans, and counts them again after the back end has moved their poses.
 
-    Scans of a robot that is lost do not count.
-    In memory are the scans of every 10 cm of the way: 60 MB for 1 km with 682 beams.
+    Scans of a lost robot do not count. In memory are the scans of every 10 cm of the path: 60 MB for 1 km with 682
+    beams.
     """
 
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D) -> None:
         self._config, self._T_base_laser = config, T_base_laser
         self._kept: list[Kept] = []
-        self._last: Pose2D | None = None  # T_local_base with the last scan that was counted
-        self._local = array("d")  # x, y, theta of T_local_base with every scan
+        self._last: Pose2D | None = None  # T_local_base at the last counted scan
+        self._local = array("d")  # x, y, theta of T_local_base at every scan
         self.grid: Occupancy | None = None
         """The counts; None before the first scan."""
 
     def add(self, step: Step) -> bool:
-        """Take the next step; return True where the grid has changed. InputError where it gets too large."""
+        """Take the next step; return True if the grid has changed. InputError if it gets too large."""
         estimate = step.estimate
         local = estimate.T_local_base
         self._local.extend((local.x, local.y, local.theta))
@@ -57,7 +57,7 @@ class LiveMap:
         return True
 
     def _recount(self, closure: Closure) -> None:
-        """Count all kept scans where the closure puts them."""
+        """Count all kept scans at their poses in the closure."""
         local = np.array(self._local).reshape(-1, 3)
         own, scans = closure.indices >= 0, np.arange(len(local), dtype=np.float64)
         if not own.any():
@@ -80,13 +80,13 @@ def _moved(motion: Pose2D) -> bool:
 
 
 def _packed(kept: Kept) -> Kept:
-    """The same in single precision."""
+    """Convert to single precision."""
     beams = kept.beams
     return kept._replace(beams=beams._replace(ends=beams.ends.astype(np.float32)))
 
 
 def _grown(grid: Occupancy | None, low: FloatArray, high: FloatArray) -> Occupancy:
-    """A grid that has the counts of this one and holds everything from ``low`` to ``high``, too."""
+    """Return a grid that has the counts of this one and includes everything from ``low`` to ``high``."""
     if grid is None:
         return Occupancy.empty(low - _MARGIN, high + _MARGIN, CELL)
     far = grid.corner + CELL * np.array(grid.hits.shape[::-1])

@@ -1,4 +1,4 @@
-"""``/map`` and ``/lines``, published by a thread of their own, so that no scan waits for them."""
+"""``/map`` and ``/lines``, published by a separate thread, so that no scan is delayed."""
 
 import logging
 from time import monotonic
@@ -15,37 +15,37 @@ from slam.run.occupancy import Occupancy, occupancy
 from slam.run.results.run_record import RunRecord
 from slam.run.step import Step
 from slam.run.topics.live_map import LiveMap
-from slam.run.topics.news_thread import NewsThread
+from slam.run.topics.worker_thread import WorkerThread
 from slam.topics.names import LINES, MAP
 from slam.topics.topic import Bus
 
 _LOG: Final = logging.getLogger("hopslam.topics")
 PERIOD: Final = 2.0
-"""Seconds between two maps at least."""
-_MOST_LINES: Final = 4000
-"""Lines that are sent: paper mode keeps those of every scan."""
+"""Least time between two maps, seconds."""
+_MAX_LINES: Final = 4000
+"""Largest number of lines that are sent: paper mode keeps those of every scan."""
 
 
 class MapTopics(Closing):
-    """Sends the occupancy grid and the lines whenever they have changed, but not more often than PERIOD."""
+    """Sends the occupancy grid and the lines after changes, but not more often than every PERIOD."""
 
     def __init__(self, bus: Bus, config: SlamConfig, T_base_laser: Pose2D) -> None:
         self._bus, self._encoder = bus, LiveEncoder()
         self._map: LiveMap | None = LiveMap(config, T_base_laser)
-        self._ends = np.empty((0, 2, 2))  # as sent last
+        self._ends = np.empty((0, 2, 2))  # as last sent
         self._map_due, self._changed = 0.0, False
-        self._thread: NewsThread[tuple[Step, FloatArray | None]] = NewsThread("map topics", self._follow)
+        self._thread: WorkerThread[tuple[Step, FloatArray | None]] = WorkerThread("map topics", self._follow)
 
     def add(self, step: Step, ends: FloatArray | None) -> None:
-        """Take a step, and the lines (N, 2, 2) where it is time to show them."""
+        """Take a step, and the lines (N, 2, 2) when they are due."""
         self._thread.put((step, ends))
 
     def close(self) -> None:
-        """Do what waits, and end the thread."""
+        """Do the waiting work, and end the thread."""
         self._thread.close()
 
     def send_end(self, stamp: float, record: RunRecord) -> None:
-        """Send the map of a run that is over, unless it has become too large."""
+        """Send the map of a finished run, unless it has become too large."""
         self._send_lines(stamp, record.walls)
         if self._map is not None:
             self._send_map(stamp, occupancy(record))
@@ -72,8 +72,8 @@ class MapTopics(Closing):
         self._bus.publish(MAP, stamp, self._encoder.grid(stamp, grid.cells, grid.corner, grid.cell))
 
     def _send_lines(self, stamp: float, ends: FloatArray) -> None:
-        """Send these lines, every n-th where they are too many, if they are not those that were sent last."""
+        """Send these lines, every n-th if they are too many, unless they were the last ones sent."""
         if not np.array_equal(ends, self._ends):
             self._ends = ends
-            shown = ends[:: len(ends) // _MOST_LINES + 1]
+            shown = ends[:: len(ends) // _MAX_LINES + 1]
             self._bus.publish(LINES, stamp, self._encoder.lines(stamp, shown))

@@ -1,4 +1,4 @@
-"""A robot in real time that could be faster: a simulated one, or a recorded log."""
+"""A robot slowed down to real time: a simulated one, or a recorded log."""
 
 from collections.abc import Callable
 from time import monotonic, sleep
@@ -8,13 +8,13 @@ from slam.robot import Observation, Robot
 from slam.run.topics.wrapped_robot import WrappedRobot
 
 _TICK: Final = 0.01
-"""Seconds between two times that are told ..."""
+"""Seconds between two calls of ``tick``."""
 _FARTHEST_BEHIND: Final = 0.2
-"""... and by which the robot may be late and still make it up."""
+"""Largest delay of the robot, seconds, that it makes up for."""
 
 
 class PacedRobot(WrappedRobot):
-    """Gives each scan when its time has come on the wall clock; ``pace`` is how much faster than that time goes.
+    """Returns each scan when its time has come on the wall clock; ``pace`` is the factor from wall time to its time.
 
     While it waits, ``tick`` gets the time of the robot, seconds, 100 times a second.
     """
@@ -26,7 +26,7 @@ class PacedRobot(WrappedRobot):
         self._due = 0.0
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
-        """The next scan, when its time has come."""
+        """Return the next scan when its time has come."""
         seen = self._robot.observe(timeout)
         if seen is not None:
             self._wait_for(seen.scan.stamp)

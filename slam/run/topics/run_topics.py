@@ -1,4 +1,4 @@
-"""A run on topics: every step turned into messages, as REP 103 and REP 105 have them."""
+"""Topics of a run: messages of every step, following REP 103 and REP 105."""
 
 from collections.abc import Mapping
 from math import inf
@@ -23,7 +23,7 @@ class RunTopics(SlamTopics):
     """A watcher that publishes a robot with its SLAM: the transforms before the scan that needs them, with its stamp.
 
     The pose is published as map -> odom, odom -> base_link and base_link -> laser. Dead reckoning has no map: then
-    another SLAM may have the topics of one, and the transform from map.
+    another SLAM program may publish these topics, and the transform from map.
     """
 
     def __init__(self, bus: Bus, slam: Estimator, scenario: Scenario, messages: StepMessages) -> None:
@@ -45,7 +45,7 @@ class RunTopics(SlamTopics):
         self._bus.publish(names.ROBOT_DESCRIPTION, stamp, self._encoder.text(urdf))
 
     def _publish_robot(self, seen: Observation, encoded: Mapping[str, bytes]) -> None:
-        """Publish what a robot without SLAM has too, and the transform from the map where there is one."""
+        """Publish the topics of a robot without SLAM, and the transform from the map if there is one."""
         stamp, links = seen.scan.stamp, encoded[ros.TF]
         if self._map_topics is None:
             links = self._encoder.transforms(stamp, ("odom", "base_link", seen.odometry.T_odom_base))

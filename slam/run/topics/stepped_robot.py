@@ -1,4 +1,4 @@
-"""A simulated robot whose time passes when it is told where to drive, scan by scan."""
+"""A simulated robot whose time passes only with commands, scan by scan."""
 
 from typing import Final
 
@@ -9,13 +9,13 @@ from slam.run.topics.velocity_commands import VelocityCommands
 from slam.run.topics.wrapped_robot import WrappedRobot
 
 _LOOK: Final = 0.5
-"""Seconds between two looks whether the run was told to end."""
+"""Seconds between two checks whether the run was told to end."""
 
 
 class SteppedRobot(WrappedRobot):
     """Waits after each scan for a command, and drives by that until the next scan.
 
-    What is commanded is then a matter of the scans alone, however slow either program is.
+    The commands then depend on the scans alone, however slow either program is.
     """
 
     def __init__(self, robot: Robot, commands: VelocityCommands) -> None:
@@ -23,7 +23,7 @@ class SteppedRobot(WrappedRobot):
         self._commands, self._taken = commands, 0
 
     def drive(self, command: Twist2D) -> Twist2D:
-        """Drive by the next command from outside; RobotTimeout where none has come yet."""
+        """Drive by the next command from outside; RobotTimeout if none has come yet."""
         if not self._commands.wait_for_more(self._taken, _LOOK):
             raise RobotTimeout("no command on /cmd_vel yet, and the run is stepped (--pace 0)")
         self._taken, told = self._commands.last

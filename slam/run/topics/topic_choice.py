@@ -1,4 +1,4 @@
-"""``--ros``, ``--foxglove`` and ``--pace``: the buses that a run is published on, and how fast it goes then."""
+"""``--ros``, ``--foxglove`` and ``--pace``: the buses on which a run is published, and its pace."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,21 +19,21 @@ class TopicChoice:
     """Buses of a run; none by default."""
 
     ros: bool = False
-    """ROS 2, as its environment variables say."""
+    """ROS 2, with the settings of its environment variables."""
     foxglove: bool | int | str = False
-    """The Foxglove app: True at the usual port of this machine, or else a port, or ``HOST:PORT``."""
+    """The Foxglove app: True for the usual port of this machine, or else a port, or ``HOST:PORT``."""
     pace: float | None = None
-    """Speed of a simulated or recorded run beside the wall clock; inf for as fast as it goes, 0 for a scan with each
+    """Speed of a simulated or recorded run relative to the wall clock; inf for as fast as possible, 0 for one scan per
     command, None for 1."""
     follows: TopicRobot | None = None
-    """A robot that others drive and that publishes itself."""
+    """True for a robot that others drive and that publishes itself."""
 
     def __bool__(self) -> bool:
         return self.ros or self.foxglove is not False
 
     @contextmanager
     def session(self, console: Terminal) -> Iterator[TopicSession | None]:
-        """Open the buses, and say where they are; None without any. InputError where that cannot be."""
+        """Open the buses, and print their addresses; None without any. InputError if that fails."""
         self._check_pace()
         foxglove = None if self.foxglove is False else FoxgloveBus(*parse_address(self.foxglove))
         ros = open_ros_bus() if self.ros else None
@@ -57,7 +57,7 @@ class TopicChoice:
 
 
 def parse_address(given: bool | int | str) -> tuple[str, int]:
-    """Return the host and port of ``[HOST:]PORT``, and the usual ones for True; InputError for what is none."""
+    """Return the host and port of ``[HOST:]PORT``, and the usual ones for True; InputError for another form."""
     host, _, port = str(PORT if given is True else given).rpartition(":")
     if not port.isdecimal() or int(port) > 65535:
         raise InputError(f"--foxglove-at {given}: no address; give PORT or HOST:PORT, such as 0.0.0.0:{PORT}")

@@ -1,4 +1,4 @@
-"""The buses of one run, and what is heard on them."""
+"""The buses of one run, and the commands received on them."""
 
 from collections.abc import Sequence
 from typing import Self
@@ -19,12 +19,12 @@ from slam.topics.topic import Bus
 
 
 class TopicSession:
-    """Buses that are open as long as its block, for one run."""
+    """Buses that are open during its block, for one run."""
 
     def __init__(self, buses: Sequence[Bus], pace: float | None = None) -> None:
         self.bus = SeveralBuses(buses)
         self.pace = pace
-        """Times real time, for a run that could be faster, or 0 for a scan with each command; None: real time."""
+        """Factor to real time, for a run that could be faster, or 0 for one scan per command; None for real time."""
         self.commands = VelocityCommands()
         """Velocities from outside."""
         self._watcher: SlamTopics | None = None
@@ -39,7 +39,7 @@ class TopicSession:
         self.bus.__exit__(*error)
 
     def on_time(self, stamp: float) -> None:
-        """Let the time between two scans be published."""
+        """Publish the time between two scans."""
         if self._watcher is not None:
             self._watcher.on_time(stamp)
 
@@ -57,13 +57,13 @@ class TopicSession:
         self.commands.listen(self.bus)
 
     def hear_initial_pose(self, slam: Estimator) -> None:
-        """Let ``/initialpose`` place the robot, where the method seeks its place in a map."""
+        """Let ``/initialpose`` set the robot's pose, if the method localises in a map."""
         if isinstance(slam, LineLocalizer | LocalizeThenMap):
             self.bus.subscribe(INITIAL_POSE, lambda message: _place(slam, message))
 
 
 def _place(slam: LineLocalizer | LocalizeThenMap, message: bytes) -> None:
-    """Place the robot, where the message is a pose in the map; any other changes nothing."""
+    """Set the robot's pose, if the message is a pose in the map; any other is ignored."""
     try:
         given = decode_unsure_pose(RawMessage(INITIAL_POSE.name, INITIAL_POSE.type, "cdr", message, 0))
     except BadLine:

@@ -1,4 +1,4 @@
-"""Velocities told from outside, and a pilot that drives by them."""
+"""Velocity commands from outside, and a pilot that obeys them."""
 
 import logging
 from threading import Condition
@@ -17,29 +17,29 @@ from slam.topics.topic import Bus, Topic
 
 _LOG: Final = logging.getLogger("hopslam.topics")
 SILENCE: Final = 0.5
-"""Seconds without a command after which the robot stands."""
+"""Seconds without a command after which the robot stops."""
 _LARGEST: Final = 1024
-"""Bytes: no velocity is larger, whatever its frame is called."""
+"""Longest message, bytes; no velocity is longer, whatever its frame name."""
 
 
 class VelocityCommands:
-    """The last velocity that was heard on ``/cmd_vel``; buses call it in threads of their own."""
+    """The last velocity received on ``/cmd_vel``; buses call it in their own threads."""
 
     def __init__(self) -> None:
         self._changed = Condition()
         self._twist, self._at = Twist2D(), 0.0
         self.count = 0
-        """Commands until now ..."""
+        """Number of commands so far."""
         self.garbage = 0
-        """... and messages that were none."""
+        """Number of invalid messages."""
 
     def listen(self, bus: Bus) -> None:
-        """Hear the topic with both of its types."""
+        """Listen to the topic with both of its types."""
         bus.subscribe(CMD_VEL, lambda message: self.hear(CMD_VEL, message))
         bus.subscribe(STAMPED_CMD_VEL, lambda message: self.hear(STAMPED_CMD_VEL, message))
 
     def hear(self, topic: Topic, message: bytes) -> None:
-        """Take a message; one that is no velocity changes nothing, and the first such is warned of."""
+        """Take a message; an invalid one is ignored, and the first one causes a warning."""
         try:
             twist = _twist(topic, message)
         except BadLine as fault:
@@ -55,18 +55,18 @@ class VelocityCommands:
 
     @property
     def twist(self) -> Twist2D:
-        """The last command; zero after half a second of silence."""
+        """Return the last command; zero after half a second without one."""
         with self._changed:
             return self._twist if monotonic() - self._at < SILENCE else Twist2D()
 
     @property
     def last(self) -> tuple[int, Twist2D]:
-        """The number of commands, and the last of them, however old."""
+        """Return the number of commands, and the last of them, whatever its age."""
         with self._changed:
             return self.count, self._twist
 
     def wait_for_more(self, count: int, timeout: float) -> bool:
-        """Wait until there are more commands than that; False where there are not within ``timeout`` seconds."""
+        """Wait until there are more commands than ``count``; False after ``timeout`` seconds."""
         with self._changed:
             return self._changed.wait_for(lambda: self.count > count, timeout)
 
@@ -78,7 +78,7 @@ def _twist(topic: Topic, message: bytes) -> Twist2D:
 
 
 class CommandedPilot:
-    """Drives as it is told, from the first command on; until then as another pilot does."""
+    """Drives as commanded, from the first command on; before that, as another pilot does."""
 
     def __init__(self, commands: VelocityCommands, until_told: Pilot) -> None:
         self._commands, self._until_told = commands, until_told
@@ -89,5 +89,5 @@ class CommandedPilot:
         return self._until_told.progress
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
-        """The velocity that was told last; that of the other pilot while none was."""
+        """Return the last commanded velocity; before the first command that of the other pilot."""
         return self._commands.twist if self._commands.count else self._until_told.command(T_map_base, scan)

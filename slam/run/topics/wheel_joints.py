@@ -1,4 +1,4 @@
-"""Angles of the wheels, told from the odometry that was made of them."""
+"""Angles of the wheels, computed back from the odometry."""
 
 from typing import Final
 
@@ -13,22 +13,22 @@ WHEEL_JOINTS: Final = "left_wheel", "right_wheel"
 
 
 class WheelJoints:
-    """Turns both wheels as far as the odometry says.
+    """Angles of both wheels, from the odometry.
 
-    The firmware makes its odometry of the encoders with the wheels that it assumes; with the same ones this gives the
-    angles of the encoders back, but for what the firmware rounds.
+    The firmware computes its odometry from the encoders with the wheels that it assumes; with the same ones this gives
+    the angles of the encoders back, except for the firmware's rounding.
     """
 
     def __init__(self, wheels: WheelErrors) -> None:
         self._radii, self._track = np.array([wheels.left_radius, wheels.right_radius]), wheels.track
         self._last: Pose2D | None = None
         self.angles: FloatArray = np.zeros(2)
-        """Left and right, radians; 0 with the first odometry."""
+        """Angles of left and right wheel, radians; 0 at the first odometry."""
         self.speeds: FloatArray = np.zeros(2)
-        """rad/s."""
+        """Speeds of left and right wheel, rad/s."""
 
     def add(self, odometry: Odometry) -> None:
-        """Take the next odometry."""
+        """Process the next odometry."""
         if self._last is not None:
             motion = Twist2D.from_motion(self._last.between(odometry.T_odom_base), 1.0)
             self.angles = self.angles + np.array(motion.to_wheels(self._track)) / self._radii

@@ -1,4 +1,4 @@
-"""A robot behind another one, which changes when it acts."""
+"""Base class of a robot that changes the behaviour of another one."""
 
 from typing import Self
 
@@ -7,7 +7,7 @@ from slam.robot import Observation, Robot
 
 
 class WrappedRobot:
-    """Passes everything on."""
+    """Passes all calls to another robot."""
 
     def __init__(self, robot: Robot) -> None:
         self.T_base_laser = robot.T_base_laser
@@ -21,7 +21,7 @@ class WrappedRobot:
         self._robot.__exit__(*error)
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
-        """The next scan of the robot."""
+        """Return the next scan of the robot."""
         return self._robot.observe(timeout)
 
     def drive(self, command: Twist2D) -> Twist2D:

@@ -1,4 +1,4 @@
-"""Frames and events gathered, and sent as chunks in batches; with the map as it grows."""
+"""Collects frames and events, and sends them as chunks in batches, with the growing map."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -10,25 +10,25 @@ from slam.run.estimator import Estimator
 from slam.run.viewer.chunks import Chunk, event_chunk, frame_chunks, loop_chunks, map_chunks, plot_chunks, stroke_chunks
 from slam.run.viewer.scene import Event, Frame, Scene
 
-_BYTES_A_SCAN: Final = 500.0
-_LEAST_WAIT: Final = 20
-"""Scans."""
-_MOST_POINTS, _MOST_LINES = 4000, 2000
-"""A larger map is thinned evenly."""
+_BYTES_PER_SCAN: Final = 500.0
+_MIN_WAIT: Final = 20
+"""Scans between two maps."""
+_MAX_POINTS, _MAX_LINES = 4000, 2000
+"""Number of map points above which the map is thinned evenly."""
 Send = Callable[[Sequence[Chunk]], None]
-_MOST: Final = 256
-"""Scans in a batch, however fast they come."""
+_MAX_SCANS: Final = 256
+"""Largest number of scans in a batch."""
 
 
 class MapSnapshot(NamedTuple):
-    """The map as it was at one scan."""
+    """The map at one scan."""
 
     scan: int
     stamp: float
     points: FloatArray
-    """(N, 2)."""
+    """(N, 2): points."""
     ends: FloatArray
-    """(M, 2, 2)."""
+    """(M, 2, 2): walls."""
 
 
 class MapUpdates:
@@ -43,24 +43,24 @@ class MapUpdates:
         self._due, self._moved = 0, True
 
     def due(self, frame: Frame, last: bool = False) -> MapSnapshot | None:
-        """The map at this scan, if it has changed and is due, or is the last."""
+        """Return the map at this scan, if it has changed and is due, or is the last."""
         size = len(self._slam.points)
         if not size or (frame.index < self._due and not last) or (size == self._shown and not self._moved):
             return None
-        points = _thinned(self._slam.points.points, _MOST_POINTS)
-        lines = _thinned(self._slam.lines.ends, _MOST_LINES)
+        points = _thinned(self._slam.points.points, _MAX_POINTS)
+        lines = _thinned(self._slam.lines.ends, _MAX_LINES)
         sent = 12 * len(points) + 24 * len(lines)
         self._moved = False
-        self._shown, self._due = size, frame.index + max(_LEAST_WAIT, round(sent / _BYTES_A_SCAN))
+        self._shown, self._due = size, frame.index + max(_MIN_WAIT, round(sent / _BYTES_PER_SCAN))
         return MapSnapshot(frame.index, frame.stamp, points, lines)
 
 
 def _thinned(array: FloatArray, most: int) -> FloatArray:
-    return array[:: len(array) // most + 1].copy()  # the map goes on growing
+    return array[:: len(array) // most + 1].copy()  # the map continues to grow
 
 
 class BatchPeriods(NamedTuple):
-    """Seconds of wall time between two batches, of the scans and of what changes slowly, or costs most."""
+    """Seconds of wall time between two batches, of the scans and of data that changes slowly, or costs most."""
 
     scans: float
     trail: float
@@ -68,24 +68,24 @@ class BatchPeriods(NamedTuple):
 
 
 FILE_PACE: Final = BatchPeriods(0.85, 0.85)
-"""Data that kill -9 can cost. The head of a chunk is over 1 kB ..."""
+"""For files: seconds of data that kill -9 may lose. Longer batches have less overhead, over 1 kB per chunk."""
 LIVE_PACE: Final = BatchPeriods(0.09, 0.85)
-"""... but eyes want every scan at 10 Hz."""
+"""For viewers: every scan at 10 Hz is visible."""
 
 
 class Batch(NamedTuple):
-    """Frames, events and map that go to the viewers at once."""
+    """Frames, events and map that are sent to the viewers at once."""
 
     frames: Sequence[Frame]
     trail: Sequence[Frame]
-    """Frames whose curves and strokes are due ..."""
+    """Frames whose curves and strokes are due."""
     before: Frame | None
-    """... and the frame at which the strokes begin."""
+    """Frame at which the strokes begin."""
     events: Sequence[Event]
     map: MapSnapshot | None
 
     def chunks(self, plots: Sequence[str]) -> Iterator[Chunk]:
-        """Chunks of the batch, as rerun takes them."""
+        """Return the chunks of the batch for rerun."""
         if self.frames:
             yield from frame_chunks(self.frames)
         for frame in self.frames:
@@ -101,9 +101,9 @@ class Batch(NamedTuple):
 
 
 class Batcher:
-    """Frames in, chunks out.
+    """Turns frames into chunks.
 
-    A thread beside the loop makes the chunks, one batch at a time; what goes wrong there is raised at the next batch.
+    A separate thread makes the chunks, one batch at a time; its errors are raised at the next batch.
     """
 
     def __init__(self, sends: Sequence[Send], pace: BatchPeriods, scene: Scene) -> None:
@@ -114,19 +114,19 @@ class Batcher:
         self._events: list[Event] = []
         self._before: Frame | None = None  # the last of the strokes that were sent
         self._last: Frame | None = None
-        self._sent_at = self._trail_sent_at = 0.0  # so that the first scan is there at once
+        self._sent_at = self._trail_sent_at = 0.0  # so that the first scan is shown at once
         self._packer = ThreadPoolExecutor(1, "viewer feed")
         self._packing: Future[None] | None = None
 
     def show(self, frame: Frame, events: Sequence[Event]) -> None:
-        """Take one scan; send, when it is time."""
+        """Take one scan; send a batch when it is due."""
         if frame.jumped and self._map_updates is not None:
             self._map_updates.move()
         self._frames.append(frame)
         self._trail.append(frame)
         self._events += events
         self._last = frame
-        if monotonic() - self._sent_at >= self._pace.scans or len(self._frames) >= _MOST:
+        if monotonic() - self._sent_at >= self._pace.scans or len(self._frames) >= _MAX_SCANS:
             self._flush()
 
     def add_event(self, event: Event) -> None:
@@ -134,11 +134,11 @@ class Batcher:
         self._events.append(event)
 
     def send(self, chunks: Sequence[Chunk]) -> None:
-        """Send these as they are."""
+        """Send these chunks unchanged."""
         self._submit(lambda: chunks)
 
     def close(self) -> None:
-        """Send all that was gathered, and the map as it is in the end."""
+        """Send everything, and the final map."""
         self._flush(last=True)
         self._packer.shutdown()
         self._wait()
@@ -146,7 +146,7 @@ class Batcher:
     def _flush(self, last: bool = False) -> None:
         now = self._sent_at = monotonic()
         trail: list[Frame] = []
-        if last or now - self._trail_sent_at >= self._pace.trail or len(self._trail) >= _MOST:
+        if last or now - self._trail_sent_at >= self._pace.trail or len(self._trail) >= _MAX_SCANS:
             trail, self._trail, self._trail_sent_at = self._trail, [], now
         snapshot = None
         if self._map_updates is not None and self._last is not None:

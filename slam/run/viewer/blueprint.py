@@ -1,4 +1,4 @@
-"""Layout with which the viewer opens: the map from above, y up, beside the curves and the events."""
+"""Initial layout of the viewer: the map from above, y up, beside the curves and the events."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -16,9 +16,9 @@ Extent = tuple[FloatArray, FloatArray]
 
 UNKNOWN: Final[Extent] = (np.array([-8.0, -6.0]), np.array([8.0, 6.0]))
 _LONG: Final = 2.5
-"""A world so many times as wide as deep is shown above the curves, any other beside them."""
+"""Ratio of width to depth from which the world is shown above the curves; others are shown beside them."""
 _WIDE, _BESIDE = (3.0, 1.02), (1.55, 1.02)
-"""Width and depth of what the eye sees of the ground in a 16:9 window, for each metre that it is high."""
+"""Width and depth of the ground that the eye sees in a 16:9 window, per metre of height."""
 _MARGIN: Final = 1.06
 _ALL: Final = rrb.TimeRangeBoundary.infinite()
 _NOW: Final = rrb.TimeRangeBoundary.cursor_relative()
@@ -35,7 +35,7 @@ _STROKES: Final = ("slam", "odometry", "truth")
 def blueprint(extent: Extent, plots: Sequence[str]) -> rrb.Blueprint:
     """Place the eye over the middle of the extent, high enough to see all of it.
 
-    It follows the robot where the extent is not known; the time follows the newest scan.
+    It follows the robot if the extent is unknown; the time follows the newest scan.
     """
     return rrb.Blueprint(
         _layout(extent, plots),
@@ -48,7 +48,7 @@ def blueprint(extent: Extent, plots: Sequence[str]) -> rrb.Blueprint:
 
 
 def extent_of(scene: Scene) -> Extent:
-    """Extent of all that is known of the world before the first scan."""
+    """Return the extent of the world known before the first scan."""
     grown = None if scene.slam is None else scene.slam.points.points
     more = [points for points in (scene.route, scene.around, grown) if points is not None]
     points = np.concatenate([*scene.outlines, *more, np.empty((0, 2))])

@@ -1,4 +1,4 @@
-"""Frames to all .rrd files and viewers of one run; viewers, over gRPC, may be slow, come late, and go."""
+"""Frames to all .rrd files and viewers of one run; viewers, over gRPC, may be slow, connect late, and disconnect."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -20,17 +20,17 @@ from slam.run.viewer.scene import Event, Frame, Scene
 from slam.run.viewer.static_entities import static_entities
 
 _QUEUE: Final = 64
-"""Batches that may wait for a viewer; more are dropped."""
+"""Batches that may wait for a viewer; older ones are dropped."""
 _PATIENCE: Final = 2.0
-"""Seconds for a viewer to take one batch ..."""
+"""Seconds for a viewer to take one batch."""
 _RETRY: Final = 1.0
-"""... to look again for one that is not there ..."""
+"""Seconds between two attempts to connect to a viewer."""
 _FAREWELL: Final = 4.0
-"""... and, at the end, to take what still waits."""
+"""Seconds for a viewer to take the remaining batches at the end."""
 
 
 class RecordingSink:
-    """Files, whole when they are closed; one that was cut off can be read up to the last batch."""
+    """Writes files, complete when closed; a truncated one can be read up to its last batch."""
 
     def __init__(self, paths: Sequence[Path], scene: Scene) -> None:
         self._stream, self._plots = _stream(list(map(rr.FileSink, paths)), scene), scene.plots
@@ -40,20 +40,20 @@ class RecordingSink:
         _send(self._stream, chunks)
 
     def set_view(self, extent: Extent) -> None:
-        """Let whoever opens the file see this."""
+        """Set the initial view of the file."""
         self._stream.send_blueprint(blueprint(extent, self._plots))
 
     def close(self) -> None:
-        """Write what waits, and the footer."""
+        """Write the remaining data, and the footer."""
         self._stream.flush()
         self._stream.disconnect()
 
 
 class ViewerSink:
-    """A viewer at a gRPC address. Sending never waits: a thread of its own does.
+    """A viewer at a gRPC address. ``send`` never waits: a thread does.
 
-    rerun blocks whoever logs when a viewer that does not read has let its buffers fill, and for five seconds when there
-    is none at all; so this looks for one first, and gives it one batch at a time.
+    rerun blocks its caller if a viewer does not read and its buffers are full, and for five seconds if there is no
+    viewer; so this class checks for a viewer first, and passes it one batch at a time.
     """
 
     def __init__(self, url: str, scene: Scene, say: Callable[[str], None]) -> None:
@@ -66,7 +66,7 @@ class ViewerSink:
         self._thread.start()
 
     def send(self, chunks: Sequence[Chunk]) -> None:
-        """Queue a batch; the oldest is dropped where too many wait."""
+        """Queue a batch; the oldest is dropped if too many wait."""
         while True:
             try:
                 return self._batches.put_nowait(chunks)
@@ -75,7 +75,7 @@ class ViewerSink:
                     self._batches.get_nowait()
 
     def close(self) -> None:
-        """Give the viewer a moment to take what still waits."""
+        """Give the viewer a moment to take the remaining batches."""
         with suppress(Full):
             self._batches.put(None, timeout=_FAREWELL)
         self._thread.join(_FAREWELL)
@@ -110,7 +110,7 @@ class ViewerSink:
 
 
 def _stream(sinks: Sequence[rr.FileSink | rr.GrpcSink], scene: Scene) -> rr.RecordingStream:
-    """A recording with all that stands still in it."""
+    """Make a recording, with all static entities."""
     stream = rr.RecordingStream("hopslam", send_properties=False)
     stream.set_sinks(*sinks, default_blueprint=blueprint(extent_of(scene), scene.plots))
     for entity, archetype in static_entities(scene):
@@ -124,9 +124,9 @@ def _send(stream: rr.RecordingStream, chunks: Sequence[Chunk]) -> None:
 
 
 class Broadcast(Closing):
-    """Files get many scans at once, which costs least; viewers get each scan as it comes. Use it as a context manager.
+    """Files get many scans at once, which is cheapest; viewers get each scan as it comes. Use it as a context manager.
 
-    ``say`` tells the user, in one line, of viewers that are not there.
+    ``say`` prints one line to the user about viewers that do not answer.
     """
 
     def __init__(self, files: Sequence[Path], urls: Sequence[str], scene: Scene, say: Callable[[str], None]) -> None:
@@ -153,7 +153,7 @@ class Broadcast(Closing):
             batcher.add_event(event)
 
     def send(self, chunks: Sequence[Chunk]) -> None:
-        """Show these now."""
+        """Send these chunks now."""
         for batcher in self._batchers:
             batcher.send(chunks)
 
@@ -162,7 +162,7 @@ class Broadcast(Closing):
         self._batchers.append(Batcher([sink.send for sink in sinks], pace, scene))
 
     def close(self) -> None:
-        """Send all that was gathered, and end the recordings."""
+        """Send everything, and end the recordings."""
         for batcher in self._batchers:
             batcher.close()
         if self._file is not None and self._unknown and np.isfinite(self._high - self._low).all():
@@ -172,7 +172,7 @@ class Broadcast(Closing):
 
 
 def send_file(path: Path, url: str) -> None:
-    """Send a recording to a viewer, which must be there."""
+    """Send a recording to a running viewer."""
     stream = rr.RecordingStream("hopslam", send_properties=False)
     stream.set_sinks(rr.GrpcSink(url))
     stream.log_file_from_path(path)

@@ -17,14 +17,14 @@ from slam.run.viewer.scene import PLOTS, Event, Frame
 
 Float32Array = NDArray[np.float32]
 _RADIUS_95: Final = 2.4477
-"""Radius of the circle that holds 95 % of a normal distribution of unit variance in the plane: sqrt(-2 ln 0.05)."""
+"""Radius of the circle that contains 95 % of a normal distribution of unit variance in the plane: sqrt(-2 ln 0.05)."""
 _ARROW: Final = 1.2
-"""Metres to each side."""
+"""Length of an arrow to each side, metres."""
 _DASH: Final = 0.2
-"""Metres of a dash, and of the gap behind it."""
+"""Length of a dash, and of the gap behind it, metres."""
 _NO_LINES: Final = np.empty((0, 2, 2))
-_LEAST: Final = 0.05
-"""Length in the plane of an unconstrained direction: below it, the direction is a heading."""
+_MIN_PLANE_LENGTH: Final = 0.05
+"""Length in the plane of an unconstrained direction below which the direction is a heading."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +37,7 @@ class Chunk:
 
 
 def frame_chunks(frames: Sequence[Frame]) -> Iterator[Chunk]:
-    """Everything that is drawn of these scans but their strokes."""
+    """Return all chunks of these scans except their strokes."""
     when = _times_of(frames)
     counts = [len(frame.points) for frame in frames]
     positions = at_height(_rounded(np.concatenate([frame.points for frame in frames])), 0.0)
@@ -56,12 +56,12 @@ def frame_chunks(frames: Sequence[Frame]) -> Iterator[Chunk]:
 
 
 def _rounded(points: FloatArray) -> FloatArray:
-    """Round to 2 mm, less than a pixel and than the sensor's noise: the last bits of a float are most of a file."""
+    """Round to 2 mm, less than a pixel and than the sensor's noise, so that files are smaller."""
     return np.rint(points * 512.0) / 512.0
 
 
 def _segments(frames: Sequence[Frame]) -> list[Any]:
-    """Columns of lines, and of a mark at each start and each end."""
+    """Columns of lines, with a mark at each start and each end."""
     counts = [len(frame.ends) for frame in frames]
     ends = at_height(np.concatenate([frame.ends for frame in frames]), 0.05)
     colours = np.concatenate([frame.end_colours for frame in frames])
@@ -72,7 +72,7 @@ def _segments(frames: Sequence[Frame]) -> list[Any]:
 
 
 def _ellipses(frames: Sequence[Frame]) -> Any:
-    """Columns of a flat ellipsoid a scan, in the robot's frame; none where there is no covariance."""
+    """Columns of a flat ellipsoid per scan, in the robot's frame; empty without a covariance."""
     known = [(frame.robot.theta, frame.covariance) for frame in frames if frame.covariance is not None]
     counts = [int(frame.covariance is not None) for frame in frames]
     variances, axes = np.linalg.eigh(np.array([C[:2, :2] for _, C in known]).reshape(-1, 2, 2))
@@ -83,13 +83,13 @@ def _ellipses(frames: Sequence[Frame]) -> Any:
 
 
 def _unconstrained_arrows(frames: Sequence[Frame]) -> Any:
-    """Columns of arrows, in the robot's frame, to both sides along each direction in which odometry alone stands."""
+    """Columns of arrows, in the robot's frame, to both sides along each direction that only odometry fixes."""
     vectors: list[tuple[float, float, float]] = []
     counts = []
     for frame in frames:
         before = len(vectors)
         for x, y, _ in frame.unconstrained.tolist() if frame.unconstrained is not None else ():
-            if hypot(x, y) > _LEAST:
+            if hypot(x, y) > _MIN_PLANE_LENGTH:
                 way = atan2(y, x) - frame.robot.theta
                 c, s = _ARROW * cos(way), _ARROW * sin(way)
                 vectors += [(c, s, 0.0), (-c, -s, 0.0)]
@@ -98,14 +98,14 @@ def _unconstrained_arrows(frames: Sequence[Frame]) -> Any:
 
 
 def _yaw_quaternions(angles: FloatArray) -> Float32Array:
-    """Quaternions (N, 4), x y z w, of turns about the upright axis."""
+    """Return quaternions (N, 4), x y z w, of rotations about the vertical axis."""
     turns = np.zeros((len(angles), 4), np.float32)
     turns[:, 2], turns[:, 3] = np.sin(0.5 * angles), np.cos(0.5 * angles)
     return turns
 
 
 def stroke_chunks(before: Frame | None, frames: Sequence[Frame]) -> Iterator[Chunk]:
-    """The strokes of the three trajectories from one scan to the next."""
+    """Return the strokes of the three trajectories from one scan to the next."""
     chain = list(frames) if before is None else [before, *frames]
     poses: dict[str, Callable[[Frame], Pose2D | None]] = {
         "odometry": lambda frame: frame.odometry, "slam": lambda frame: frame.slam, "truth": lambda frame: frame.truth,
@@ -124,7 +124,7 @@ def stroke_chunks(before: Frame | None, frames: Sequence[Frame]) -> Iterator[Chu
 
 
 def plot_chunks(frames: Sequence[Frame], names: Sequence[str]) -> Iterator[Chunk]:
-    """The points of these curves at these scans."""
+    """Return the points of these curves at these scans."""
     when = _times_of(frames)
     for name in names:
         values = np.array([PLOTS[name].values(frame) for frame in frames], np.float64)
@@ -133,21 +133,21 @@ def plot_chunks(frames: Sequence[Frame], names: Sequence[str]) -> Iterator[Chunk
 
 
 def event_chunk(events: Sequence[Event]) -> Chunk:
-    """Lines of text."""
+    """Return lines of text."""
     when = _times([event.scan for event in events], [event.stamp for event in events])
     texts, levels = [event.text for event in events], [event.level for event in events]
     return Chunk("events", when, rr.TextLog.columns(text=texts, level=levels))
 
 
 def map_chunks(index: int, stamp: float, points: FloatArray, ends: FloatArray) -> Iterator[Chunk]:
-    """The map as it stands at one scan: points (N, 2), walls (M, 2, 2)."""
+    """Return the map at one scan: points (N, 2), walls (M, 2, 2)."""
     when = _times([index], [stamp])
     yield Chunk("map/points", when, rr.Points3D.columns(positions=at_height(points, 0.0)).partition([len(points)]))
     yield Chunk("map/lines", when, rr.LineStrips3D.columns(strips=at_height(ends, 0.01)).partition([len(ends)]))
 
 
 def loop_chunks(index: int, stamp: float, shown: LoopsShown) -> Iterator[Chunk]:
-    """The way and the loops as they are known from one scan on; doubtful ones are dashed and crossed out."""
+    """Return path and loops as known from one scan on; doubtful loops are dashed and crossed out."""
     when = _times([index], [stamp])
     if len(shown.path):
         way = rr.LineStrips3D.columns(strips=[at_height(shown.path, 0.04)]).partition([1])
@@ -160,26 +160,26 @@ def loop_chunks(index: int, stamp: float, shown: LoopsShown) -> Iterator[Chunk]:
 
 
 def _dashes(ends: FloatArray) -> FloatArray:
-    """A line (2, 2) cut into every other one of its pieces, (M, 2, 2)."""
+    """Return a line (2, 2) as dashes, (M, 2, 2)."""
     pieces = 2 * int(np.hypot(*(ends[1] - ends[0])) / (2 * _DASH)) + 1
     corners = np.linspace(ends[0], ends[1], pieces + 1)
     return np.stack([corners[:-1:2], corners[1::2]], axis=1)
 
 
 def _cross(ends: FloatArray) -> FloatArray:
-    """Two lines (2, 2, 2) that cross in the middle of one."""
+    """Return two lines (2, 2, 2) that cross in the middle of one."""
     return np.asarray(ends.mean(axis=0) + _DASH * np.array([[[-1, -1], [1, 1]], [[-1, 1], [1, -1]]]))
 
 
 def at_height(points: FloatArray, height: float) -> Float32Array:
-    """Points (..., 2) of the plane as points (..., 3) at one height, metres: what is higher is seen from above."""
+    """Lift points (..., 2) of the plane to points (..., 3) at one height, metres; higher ones cover lower ones."""
     lifted = np.empty((*points.shape[:-1], 3), np.float32)
     lifted[..., :2], lifted[..., 2] = points, height
     return lifted
 
 
 def _times_of(frames: Sequence[Frame]) -> tuple[rr.TimeColumn, ...]:
-    """Times of these scans on both timelines."""
+    """Return the times of these scans on both timelines."""
     return _times([frame.index for frame in frames], [frame.stamp for frame in frames])
 
 

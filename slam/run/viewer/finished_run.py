@@ -1,4 +1,4 @@
-"""A run that is over, shown as it was: from what its folder holds, without estimating anything again."""
+"""Shows a finished run from its folder, without estimating anything again."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ if TYPE_CHECKING:  # it imports rerun
     from slam.run.viewer.broadcast import Broadcast
 
 _NEAR: Final = 0.06
-"""Metres: a point so near to a segment is drawn as its own; the folder does not say which points made it."""
+"""Distance within which a point is drawn in the colour of a segment, metres; the folder does not say which points made
+it."""
 Track = Callable[[Iterable[int], int], Iterable[int]]
-"""Shows the progress of something that has so many parts."""
+"""Function that shows the progress over a number of parts."""
 
 
 def recording_of(folder: Path, track: Track) -> Path:
-    """``run.rrd`` in the folder of a run, made if it is not there; InputError for what is no such folder."""
+    """Return ``run.rrd`` in the folder of a run, made if it is missing; InputError for another folder."""
     path = folder / "run.rrd"
     if not path.is_file():
         make_recording(RunRecord.open(folder), path, track)
@@ -37,7 +38,7 @@ def recording_of(folder: Path, track: Track) -> Path:
 
 
 def make_recording(record: RunRecord, path: Path, track: Track) -> None:
-    """Write a run, as its folder has it, to an .rrd file; InputError where that cannot be written."""
+    """Write the run in a folder to an .rrd file; InputError if that fails."""
     from slam.run.viewer.broadcast import Broadcast
 
     with require_writable(path, "give --rerun FILE.rrd elsewhere"), atomic_file(path) as draft:
@@ -48,7 +49,7 @@ def make_recording(record: RunRecord, path: Path, track: Track) -> None:
 
 
 def notebook_viewer(recording: Path, width: int, height: int) -> Any:
-    """A recording in rerun's viewer, as a widget of a notebook; InputError where its package is not installed."""
+    """Show a recording in rerun's viewer, as a widget of a notebook; InputError if its package is not installed."""
     import_optional("rerun_notebook", "notebook")
     import rerun
     from rerun.notebook import Viewer
@@ -60,7 +61,7 @@ def notebook_viewer(recording: Path, width: int, height: int) -> Any:
 
 
 def scene_of(record: RunRecord) -> Scene:
-    """Scene of a run, as its folder has it."""
+    """Return the scene of the run in a folder."""
     around = np.concatenate([record.traces.estimate[:, :2], record.walls.reshape(-1, 2)])
     route = planned_route(record.config)
     curves = plots(battery=bool(np.isfinite(record.traces.volts).any()))
@@ -68,7 +69,7 @@ def scene_of(record: RunRecord) -> Scene:
 
 
 def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
-    """Send all of it; yields the number of each scan that was sent. The map is shown as it was in the end."""
+    """Send everything; yield the index of each scan that was sent. The map shown is the final one."""
     from slam.run.viewer.chunks import map_chunks
 
     saved = record.saved_map
@@ -91,7 +92,7 @@ def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
 
 
 def _show_end(record: RunRecord, broadcast: Broadcast) -> None:
-    """The run as it is known with all its loops closed, and how it ended."""
+    """Send the final run with all its loops closed, and how it ended."""
     from slam.run.viewer.chunks import loop_chunks
 
     traces, graph = record.traces, record.graph
@@ -108,11 +109,11 @@ def _show_end(record: RunRecord, broadcast: Broadcast) -> None:
 
 
 def _jumps(record: RunRecord) -> dict[int, str]:
-    """Texts on the closures that were taken over on the way, by the numbers of their scans."""
+    """Return texts on the closures that were applied during the run, by the indices of their scans."""
     traces, graph = record.traces, record.graph
     if traces.local is None:
         return {}
-    told, last = {}, -1  # the submap of the closure before: those between have loops that moved nothing alone
+    told, last = {}, -1  # the submap of the previous closure: those between have loops that moved nothing alone
     for k in np.flatnonzero(traces.jumps).tolist():
         submap = int(traces.steps["closure"][k])
         loops = [] if graph is None else [loop for loop in graph.loops if last < loop.submap <= submap]
@@ -127,14 +128,14 @@ def _jumps(record: RunRecord) -> dict[int, str]:
 
 
 def _loops_until(record: RunRecord, scan: int) -> LoopsShown | None:
-    """The loops found until then, where they lie in the end."""
+    """Return the loops found until then, at their final positions."""
     if record.graph is None or record.traces.closed is None:
         return None
     return LoopsShown.of_graph(record.graph, record.traces.closed, scan)
 
 
 def frames_of(record: RunRecord) -> Iterator[Frame]:
-    """Scan by scan, as the viewer would have had them live."""
+    """Yield scan by scan what a live viewer would have shown."""
     traces, T_base_laser = record.traces, record.T_base_laser
     scans, ends = record.segments
     edges = np.searchsorted(scans, np.arange(len(traces.stamps) + 1))
@@ -166,7 +167,7 @@ def frames_of(record: RunRecord) -> Iterator[Frame]:
 
 
 def _directions(ends: FloatArray, laser: FloatArray) -> Colour:
-    """The colours of segments (M, 2, 2) seen from there, (M,): by the normal that points away from the sensor."""
+    """Return the colours of segments (M, 2, 2), (M,), by the normal that points away from the sensor."""
     along = ends[:, 1] - ends[:, 0]
     normals = np.column_stack([along[:, 1], -along[:, 0]])
     away = np.sign(np.sum(normals * (ends[:, 0] - laser), axis=1))
@@ -174,7 +175,7 @@ def _directions(ends: FloatArray, laser: FloatArray) -> Colour:
 
 
 def _nearest(points: FloatArray, ends: FloatArray, colours: Colour) -> Colour:
-    """The colour of the segment next to each point (N,)."""
+    """Return the colour of the segment next to each point (N,)."""
     own = np.full(len(points), NO_SEGMENT, np.uint32)
     if not len(ends):
         return own
@@ -188,6 +189,6 @@ def _nearest(points: FloatArray, ends: FloatArray, colours: Colour) -> Colour:
 
 
 def _covariance(row: Any) -> FloatArray | None:
-    """(3, 3) of a row of the table; None where it has none."""
+    """Return the covariance (3, 3) of a row of the table; None if it has none."""
     xx, xy, xt, yy, yt, tt = (float(row[f"cov_{name}"]) for name in ("xx", "xy", "xth", "yy", "yth", "thth"))
     return None if np.isnan(xx) else np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])

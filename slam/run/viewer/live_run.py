@@ -1,4 +1,4 @@
-"""A run shown as it goes: steps turned into frames and events."""
+"""Shows a run in progress: turns steps into frames and events."""
 
 from __future__ import annotations
 
@@ -23,12 +23,15 @@ from slam.sonar_ring import echo_points
 if TYPE_CHECKING:  # it imports rerun
     from slam.run.viewer.broadcast import Broadcast
 
-News = tuple[Level, str]
-LOST: Final[tuple[News, News]] = ("WARN", "lost: the scans do not fit the map"), ("INFO", "sure of its place again")
-"""Texts for its beginning and its end."""
-ODOMETRY_ONLY: Final[tuple[News, News]] = (
-    ("WARN", "odometry alone: the scan says nothing that can be trusted"),
-    ("INFO", "the scans say where it is again"),
+EventText = tuple[Level, str]
+LOST: Final[tuple[EventText, EventText]] = (
+    ("WARN", "lost: the scans do not fit the map"),
+    ("INFO", "sure of its pose again"),
+)
+"""Texts for the begin and the end of a state."""
+ODOMETRY_ONLY: Final[tuple[EventText, EventText]] = (
+    ("WARN", "odometry alone: the scan was rejected"),
+    ("INFO", "the scans fit the map again"),
 )
 _NO_ENDS: Final = np.empty((0, 2, 2))
 
@@ -52,7 +55,7 @@ class RunViewer:
         self._broadcast.show(frame, list(self._detector.detect(step)))
 
     def show_closed(self, graph: RunGraph, poses: FloatArray, surfel_map: SurfelMap) -> None:
-        """Show the run as it is known in the end, ``T_map_base`` (S, 3) of all scans, just after the last one."""
+        """Show the final run, ``T_map_base`` (S, 3) of all scans, just after the last one."""
         from slam.run.viewer.chunks import loop_chunks, map_chunks
 
         if not graph.loops:
@@ -64,19 +67,19 @@ class RunViewer:
         self._broadcast.add_event(Event(self._scan, self._stamp, "INFO", text))
 
     def warn(self, text: str) -> None:
-        """Show a warning with the last scan."""
+        """Show a warning at the last scan."""
         self._broadcast.add_event(Event(self._scan, self._stamp, "WARN", text))
 
     def end(self, ending: str, error: Exception | None = None) -> None:
-        """Say how the run ended."""
+        """Show how the run ended."""
         text = ending if error is None else f"{ending}: {error}"
         self._broadcast.add_event(Event(self._scan, self._stamp, "INFO" if error is None else "ERROR", text))
 
 
 class EventDetector:
-    """Turns steps into events: each thing is told when it begins.
+    """Turns steps into events, one at the begin of each state.
 
-    Being lost, on odometry alone and stalled is told also when it ends.
+    Lost, odometry alone and stalled also have one at the end.
     """
 
     def __init__(self) -> None:
@@ -84,11 +87,11 @@ class EventDetector:
         self._T_map_local = Pose2D()
 
     def detect(self, step: Step) -> Iterator[Event]:
-        """Events that begin or end in this step."""
-        for level, text in self._news(step):
+        """Return the events that begin or end in this step."""
+        for level, text in self._new_events(step):
             yield Event(step.index, step.estimate.stamp, level, text)
 
-    def _news(self, step: Step) -> Iterator[News]:
+    def _new_events(self, step: Step) -> Iterator[EventText]:
         seen, match = step.observation, step.estimate.match
         if step.index == 0:
             yield "INFO", f"first scan: {len(seen.scan.ranges)} beams to {seen.scan.range_max:g} m"
@@ -118,13 +121,13 @@ class EventDetector:
             yield "ERROR", "collided"
 
     def _changed(self, name: str, now: bool) -> bool | None:
-        """The new state, None where it is the old."""
+        """Return the new state, None if it is unchanged."""
         before, self._on[name] = self._on.get(name, False), now
         return now if now != before else None
 
 
 def frame_of(step: Step, T_map_odom: Pose2D, T_base_laser: Pose2D, deskew: bool) -> Frame:
-    """Frame of a step; the scan is deskewed as the method deskews it."""
+    """Make the frame of a step; the scan is deskewed as in the method."""
     estimate, seen = step.estimate, step.observation
     scan, odometry = seen.scan, seen.odometry
     if deskew:
@@ -154,7 +157,7 @@ def frame_of(step: Step, T_map_odom: Pose2D, T_base_laser: Pose2D, deskew: bool)
 
 
 def coloured(points: FloatArray, segments: Segments | None, T_map_laser: Pose2D) -> tuple[Colour, FloatArray, Colour]:
-    """The colour of each point (N,), and the segments of a scan in the map frame, (M, 2, 2), with their colours."""
+    """Return the colours of the points (N,), the segments of a scan, map frame, (M, 2, 2), and their colours."""
     colours = np.full(len(points), NO_SEGMENT, np.uint32)
     if segments is None:
         return colours, _NO_ENDS, colours[:0]

@@ -1,4 +1,4 @@
-"""Closed loops as a viewer shows them: where they lie, what they moved, and what is told of them."""
+"""Closed loops in a viewer: their lines, the corrected path, and their texts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,24 +14,24 @@ from slam.pose import FloatArray, Pose2D
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopsShown:
-    """The way as it is known once loops are closed, and the loops; metres, map frame."""
+    """Path and loops after loop closing; metres, map frame."""
 
     path: FloatArray
-    """(K, 2)."""
+    """(K, 2): path."""
     loops: FloatArray
-    """(L, 2, 2): from where a place was seen again to where it was seen before."""
+    """(L, 2, 2): loops, from where a place was seen again to where it was seen before."""
     doubted: FloatArray
-    """(M, 2, 2): likewise, of those that are not believed."""
+    """(M, 2, 2): the same for loops that are not accepted."""
 
     @classmethod
     def of_closure(cls, closure: Closure, laser_to_base: Pose2D) -> Self:
-        """The way and the loops as a closure has them; until the end all of them are believed."""
+        """Return path and loops of a closure; until the end all of them count as accepted."""
         poses = np.array([(Pose2D.from_array(pose) @ laser_to_base).translation for pose in closure.poses])
         return cls(poses, poses[closure.loop_keys], np.empty((0, 2, 2)))
 
     @classmethod
     def of_graph(cls, graph: RunGraph, poses: FloatArray, until: int | None = None) -> Self:
-        """All loops of a run, or those that were found up to a scan, between the poses (S, 3) of all scans."""
+        """Return all loops of a run, or those found up to a scan, between the poses (S, 3) of all scans."""
         found = np.array([until is None or loop.scan <= until for loop in graph.loops], np.bool_)
         ends = graph.loop_ends(poses)
         path = poses[:, :2] if until is None else poses[:0, :2]
@@ -39,7 +39,7 @@ class LoopsShown:
 
 
 def closure_text(loops: Sequence[Loop], before: Pose2D, after: Pose2D) -> str:
-    """Text on a closure, with its loop and the motion of the pose.
+    """Return a text on a closure, with its loop and the motion of the pose.
 
     An example: loop closed: submap 41 found in submap 3, 14 of 15 scans agree, map moved by 0.42 m.
     """
@@ -52,6 +52,6 @@ def closure_text(loops: Sequence[Loop], before: Pose2D, after: Pose2D) -> str:
 
 
 def end_text(graph: RunGraph, before: Pose2D, after: Pose2D) -> str:
-    """Text on the closure of the whole run, with the pose of the robot before and after."""
+    """Return a text on the closure of the whole run, with the motion of the robot's pose."""
     believed, moved = int(graph.believed.sum()), f"{before.distance(after):.2f} m"
     return f"all loops closed at the end: {believed} of {len(graph.loops)} believed, the robot moved by {moved}"

@@ -1,4 +1,4 @@
-"""The rerun program: a viewer's window, or a server of the viewer's web page; and who listens at an address."""
+"""The rerun program: a viewer's window, or a server of the viewer's web page; and checks of addresses."""
 
 import os
 import socket
@@ -17,29 +17,29 @@ from slam.errors import InputError
 _START: Final = 15.0
 """Seconds for a program to begin to listen."""
 _MEMORY: Final = "512MB"
-"""Memory of a server for viewers that come late; the oldest data goes first."""
+"""Memory of a server for viewers that connect late; the oldest data is dropped first."""
 
 _UNTIL_PARENT_ENDS: Final = 'exec 3<&0; "$@" & program=$!; (cat <&3 >/dev/null; kill $program) & wait $program'
-"""Shell command that ends a program when its own standard input, a pipe of this process, is closed: by kill -9 too."""
+"""Shell command that ends a program when its standard input, a pipe of this process, is closed, even by kill -9."""
 
 
 def has_display() -> bool:
-    """True where there is a screen for a window."""
+    """Return True if there is a screen for a window."""
     return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def spawn_viewer(port: str, *files: Path) -> subprocess.Popen[bytes]:
-    """A viewer's window, which stays when this program ends.
+    """Start a viewer's window, which stays open when this program ends.
 
-    It takes data at the port, or any with ``auto``, of the loopback interface.
+    It takes data at the port, or at any with ``auto``, of the loopback interface.
     """
     return _start(_command("--port", port, "--bind", "127.0.0.1", *map(str, files)), subprocess.DEVNULL)
 
 
 def serve_page(port: int, *files: Path) -> subprocess.Popen[bytes]:
-    """A server of the web page at the port, and of the data at the next, both on the loopback interface only.
+    """Start a server of the web page at the port, and of the data at the next, both on the loopback interface only.
 
-    InputError where a port is taken, or nothing is served in time.
+    InputError if a port is taken, or nothing is served in time.
     """
     for number in (port, port + 1):
         if not is_port_free(number):
@@ -62,7 +62,7 @@ def page_address(port: int) -> str:
 
 
 def data_address(port: int) -> str:
-    """URL at which data is taken and given on this machine."""
+    """URL at which data is received and served on this machine."""
     return f"rerun+http://127.0.0.1:{port}/proxy"
 
 
@@ -84,29 +84,31 @@ def _command(*arguments: str) -> list[str]:
 
 
 def _start_bound(command: Sequence[str]) -> subprocess.Popen[bytes]:
-    """Start a program that ends with this process, whatever ends it."""
+    """Start a program that ends with this process in any case."""
     bound = command if sys.platform == "win32" else ["/bin/sh", "-c", _UNTIL_PARENT_ENDS, "sh", *command]
     return _start(bound, subprocess.PIPE)
 
 
 def _start(command: Sequence[str], stdin: int) -> subprocess.Popen[bytes]:
-    """Start the program in a session of its own, so that Ctrl-C does not reach it, and without its telemetry."""
+    """Start the program in its own session, so that Ctrl-C does not reach it, and without its telemetry."""
     silent = subprocess.DEVNULL
+    group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # Windows has no sessions
     return subprocess.Popen(
-        command, stdin=stdin, stdout=silent, stderr=silent, start_new_session=True, env=_without_telemetry()
-    )
+        command, stdin=stdin, stdout=silent, stderr=silent, start_new_session=True, creationflags=group,
+        env=_without_telemetry(),
+    )  # fmt: skip
 
 
 def _without_telemetry() -> dict[str, str]:
-    """The environment in which rerun sends no usage data and writes no consent to them into the user's home.
+    """Return an environment in which rerun sends no usage data and writes no consent to them into the user's home.
 
-    Rerun keeps still where CI is set, unless FORCE_RERUN_ANALYTICS is.
+    Rerun sends nothing if CI is set, unless FORCE_RERUN_ANALYTICS is.
     """
     return {"CI": "true", **os.environ}
 
 
 def is_listening(url: str) -> bool:
-    """True where anyone takes connections at the host and port of this address."""
+    """Return True if a program accepts connections at the host and port of this address."""
     place = urlsplit(url)
     with suppress(OSError), socket.create_connection((place.hostname, place.port or 80), timeout=0.5):
         return True
@@ -114,7 +116,7 @@ def is_listening(url: str) -> bool:
 
 
 def is_port_free(port: int) -> bool:
-    """True where this port of the loopback interface can be listened at."""
+    """Return True if this port of the loopback interface is free."""
     with suppress(OSError), socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         probe.bind(("127.0.0.1", port))

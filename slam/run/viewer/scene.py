@@ -19,45 +19,45 @@ _ORIGIN = Pose2D()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """One scan, the poses at it and what the method made of it; map frame, metres, radians, seconds."""
+    """One scan, the poses at it and the results of the method; map frame, metres, radians, seconds."""
 
     index: int
     stamp: float
     slam: Pose2D | None
-    """``T_map_base`` as estimated; None where nothing is estimated, ..."""
+    """``T_map_base`` as estimated; None without an estimate."""
     odometry: Pose2D
-    """... as dead reckoning has it ..."""
+    """``T_map_base`` by dead reckoning."""
     truth: Pose2D | None
-    """... and as it was, where that is known."""
+    """The true ``T_map_base``, if known."""
     points: FloatArray
-    """(N, 2): where the beams ended that came back ..."""
+    """(N, 2): end points of the beams with an echo."""
     point_colours: Colour
-    """... and the colour of the segment that each belongs to, (N,)."""
+    """(N,): colour of the segment that each point belongs to."""
     ends: FloatArray
-    """(M, 2, 2): [segment, start or end, x or y]."""
+    """(M, 2, 2): segments, [segment, start or end, x or y]."""
     end_colours: Colour
-    """(M,)."""
+    """(M,): colours of the segments."""
     covariance: FloatArray | None = None
-    """(3, 3) of x, y, theta."""
+    """(3, 3): covariance of x, y, theta."""
     unconstrained: FloatArray | None = None
-    """(K, 3), see Match."""
+    """(K, 3): unconstrained directions, see Match."""
     iterations: int = 0
     extraction_time: float = 0.0
     total_time: float = 0.0
     command: tuple[float, float] = (0.0, 0.0)
-    """m/s and rad/s, as applied."""
+    """Applied velocity, m/s and rad/s."""
     battery: float = nan
-    """Volts; nan where nobody knows."""
+    """Battery voltage; nan if unknown."""
     sonar: FloatArray | None = None
     """(K, 2): echoes of the sonar rings; None without a ring."""
     loops: LoopsShown | None = None
-    """The way and the loops, where they are drawn anew with this scan ..."""
+    """Path and loops, if they changed at this scan."""
     jumped: bool = False
-    """... and true where the estimate jumped: no stroke leads here."""
+    """True if the estimate jumped: no stroke leads here."""
 
     @property
     def robot(self) -> Pose2D:
-        """Pose at which the robot is drawn: the estimate, or else the truth, or else dead reckoning."""
+        """Pose at which the robot is drawn: the estimate, or else the true pose, or else dead reckoning."""
         return self.slam or self.truth or self.odometry
 
 
@@ -72,7 +72,7 @@ class Event:
 
 
 class Plot(NamedTuple):
-    """One view of curves; ``values`` gives one number a curve, nan where there is none."""
+    """One view of curves; ``values`` gives one number per curve, nan if there is none."""
 
     title: str
     curves: tuple[str, ...]
@@ -104,7 +104,7 @@ PLOTS: Final = {
 
 
 def plots(battery: bool) -> tuple[str, ...]:
-    """Return the names of the curves of a robot that tells its battery, or does not."""
+    """Return the names of the curves, for a robot that reports its battery or not."""
     return tuple(name for name in PLOTS if battery or name != "battery")
 
 
@@ -118,11 +118,11 @@ class Scene:
     slam: Estimator | None = None
     """Estimator whose map is shown as it grows."""
     deskew: bool = False
-    """True where the method undoes the skew of the scans."""
+    """True if the method deskews the scans."""
     outlines: tuple[FloatArray, ...] = ()
     """Outlines of the true world that the lidar can see: closed polygons (V, 2)."""
     route: FloatArray | None = None
-    """Way-points (W, 2), from the start on."""
+    """Way-points (W, 2), including the start."""
     around: FloatArray | None = None
     """Additional points (N, 2) that the first view should show."""
     plots: tuple[str, ...] = plots(battery=False)
@@ -130,6 +130,6 @@ class Scene:
 
 
 def planned_route(scenario: Scenario) -> FloatArray | None:
-    """Start and way-points of a scenario (W, 2), metres, map frame; None without way-points."""
+    """Return start and way-points of a scenario (W, 2), metres, map frame; None without way-points."""
     start, waypoints = scenario.robot.start.pose, scenario.route.waypoints
     return np.array([(start.x, start.y), *waypoints]) if waypoints else None

@@ -16,13 +16,13 @@ _NOSE: Final = np.array([[0.0, -0.09], [0.17, 0.0], [0.0, 0.09]])
 
 
 def static_entities(scene: Scene) -> Iterator[tuple[str, rr.AsComponents]]:
-    """Entities that are logged once, and the looks of those that are logged scan by scan."""
+    """Return the entities that are logged once, and the styles of those that are logged at every scan."""
     walls = [at_height(np.vstack([outline, outline[:1]]), -0.01) for outline in scene.outlines]
     yield "map/walls", rr.LineStrips3D(walls, colors=palette.TRUE_WALLS, radii=rr.Radius.ui_points(0.75))
     if scene.route is not None and len(scene.route) > 1:
-        way = at_height(scene.route, -0.005)
-        yield "map/route", rr.LineStrips3D([way], colors=palette.ROUTE, radii=rr.Radius.ui_points(0.75))
-        yield "map/route/waypoints", rr.Points3D(way, colors=palette.ROUTE, radii=rr.Radius.ui_points(3.0))
+        route = at_height(scene.route, -0.005)
+        yield "map/route", rr.LineStrips3D([route], colors=palette.ROUTE, radii=rr.Radius.ui_points(0.75))
+        yield "map/route/waypoints", rr.Points3D(route, colors=palette.ROUTE, radii=rr.Radius.ui_points(3.0))
     yield from _robot()
     yield from _looks()
     for name in scene.plots:
@@ -41,7 +41,7 @@ def _robot() -> Iterator[tuple[str, rr.AsComponents]]:
 
 
 def _looks() -> Iterator[tuple[str, rr.AsComponents]]:
-    """Colours and sizes; in points of the screen, so that they can be seen from far and from near."""
+    """Return colours and sizes; sizes are in points of the screen, to be visible at any distance."""
     points = rr.Radius.ui_points
     yield "map/scan", rr.Points3D.from_fields(radii=points(1.6))
     yield "map/scan", rr.Transform3D(translation=(0.0, 0.0, 0.03))

@@ -1,4 +1,4 @@
-"""``--rerun``: where a run is shown, and all viewers of it; without any, nothing of rerun is even imported."""
+"""``--rerun``: the places where a run is shown, and their viewers; without any, rerun is not imported."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ NO_DISPLAY: Final = (
     "elsewhere, or --rerun FILE.rrd"
 )
 _QUIET: Final = "warn,re_grpc_client=off,re_sdk::recording_stream=off"
-"""Log levels of rerun: this program itself says, in one line, that a viewer has gone."""
+"""Log levels of rerun: this program itself reports, in one line, that a viewer has gone."""
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """One place to show a run at."""
+    """One place to show a run."""
 
     kind: Literal["file", "spawn", "connect", "serve"]
     path: Path = Path()
@@ -43,7 +43,7 @@ class Target:
     url: str = f"rerun+http://127.0.0.1:{GRPC_PORT}/proxy"
     """Address of a viewer to connect to."""
     port: int = WEB_PORT
-    """Port of the web page that is served; the data is served at the port after it."""
+    """Port of the served web page; the data is served at the next port."""
 
 
 def parse_targets(given: str | Iterable[str]) -> list[Target]:
@@ -52,7 +52,7 @@ def parse_targets(given: str | Iterable[str]) -> list[Target]:
 
 
 def parse_target(text: str) -> Target:
-    """Parse one option; InputError for what is none of the forms, or a file that cannot be written."""
+    """Parse one option; InputError for another form, or a file that cannot be written."""
     kind, _, value = text.partition("=")
     if text == "spawn":
         return Target("spawn")
@@ -64,7 +64,7 @@ def parse_target(text: str) -> Target:
 
 
 def _url(value: str, text: str) -> str:
-    """An address as rerun writes it; of HOST or HOST:PORT too."""
+    """Return an address in rerun's form, from HOST or HOST:PORT too."""
     address = urlsplit(value if "://" in value else f"rerun+http://{value}")
     try:
         host, port = address.hostname, address.port or GRPC_PORT
@@ -93,7 +93,7 @@ def _file(path: Path) -> Path:
 
 
 class Viewers(Closing):
-    """Everything that ``--rerun`` asks for. Closing ends the servers; a viewer's window stays."""
+    """All targets of ``--rerun``. Closing ends the servers; a viewer's window stays open."""
 
     def __init__(self, targets: str | Iterable[str] = (), console: Terminal | None = None) -> None:
         self._targets = parse_targets(targets)
@@ -102,12 +102,15 @@ class Viewers(Closing):
         self._servers: list[tuple[str, subprocess.Popen[bytes]]] = []
 
     def start(self) -> None:
-        """Start windows and servers, before anything of a run is written; InputError where one cannot be."""
+        """Start windows and servers, before anything of a run is written; InputError if one cannot be started."""
         if self._urls is None:
             self._urls = list(dict.fromkeys(url for target in self._targets if (url := self._url(target))))
 
     def open(self, scene: Scene, folder: Path | None = None) -> Broadcast | None:
-        """Start them where they are not; None without a target. With a file, one is also made in the run's folder."""
+        """Start all viewers that do not run yet; None without a target.
+
+        With a file, one is also made in the run's folder.
+        """
         if not self._targets:
             return None
         os.environ.setdefault("RUST_LOG", _QUIET)  # rerun reads it when it is imported
@@ -120,7 +123,7 @@ class Viewers(Closing):
         return Broadcast(files, self._urls or [], scene, self.say)
 
     def open_file(self, recording: Path) -> None:
-        """Show a recording that is whole."""
+        """Show a complete recording."""
         for target in self._targets:
             if target.kind == "file":
                 if target.path != recording.resolve():
@@ -134,18 +137,18 @@ class Viewers(Closing):
                 self._served(target.port, recording)
 
     def say(self, text: str) -> None:
-        """Tell the user, in one line."""
+        """Print one line for the user."""
         self._console.print(text)
 
     def serve_until_interrupted(self) -> None:
-        """While a page is served, wait for Ctrl-C."""
+        """If a page is served, wait for Ctrl-C."""
         for address, server in self._servers:
             self.say(f"still served: {address}\nCtrl-C ends it")
             with suppress(KeyboardInterrupt):
                 server.wait()
 
     def _url(self, target: Target) -> str | None:
-        """Address of the viewer to send to, after it was started; None for a file, and where there cannot be one."""
+        """Start the viewer and return its address; None for a file, and if there cannot be one."""
         if target.kind == "file":
             return None
         if target.kind == "spawn":

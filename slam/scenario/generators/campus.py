@@ -25,28 +25,28 @@ _DOOR: Final = 0.95
 """Width of a door, metres."""
 _FOR_DOOR: Final = _DOOR + 2.0 * _BESIDE_DOOR
 """Length of a room that a door fits into, metres."""
-_LEAST_WIDTH: Final = _LANE + 0.4
+_MIN_WIDTH: Final = _LANE + 0.4
 """Least width of a corridor, with furniture 0.2 m deep at its walls, metres."""
 _CROSSED: Final = (0, 2)
 """Numbers of the wings that the passage across the court joins."""
 _ACROSS: Final = (0.45, 0.6)
-"""Place of that passage as a share of the first wing's side."""
+"""Position of that passage as a share of the first wing's side."""
 
 
 class CampusGenerator(Section):
-    """Four wings around a court. The robot drives around them all, over the beginning again, and across the court.
+    """Four wings around a court. The robot drives once around, again over the beginning, and across the court.
 
-    A lidar of short reach sees only walls for most of a passage, and rooms of other sizes in every wing.
+    A lidar with a short range sees only walls in most of a passage; every wing has rooms of other sizes.
     """
 
     kind: Literal["campus"] = "campus"
     """This generator."""
     seed: int = Field(0, ge=0)
-    """Seed of all that is random; left out, it is drawn with the scenario's seed."""
+    """Seed of the world; by default it is drawn with the scenario's seed."""
     size: tuple[Length, Length] = (48.0, 32.0)
-    """Size of the ring's middle line, along x and y, metres."""
+    """Size of the ring's centre line, along x and y, metres."""
     skew: float = Field(1.5, ge=0, le=5)
-    """The two corners opposite the start are shifted by up to this each way, metres: most wings are not parallel."""
+    """Largest shift of the two corners opposite the start in x and in y, metres: most wings are not parallel."""
     passage_width: float = Field(2.8, ge=1.4, le=1000)
     """Width of the passages between the walls, metres."""
     passage_length: Span = (7.5, 9.0)
@@ -54,13 +54,13 @@ class CampusGenerator(Section):
     corridor_width: Span = (3.2, 3.8)
     """Least and largest width of a wing's corridor, metres."""
     room_length: Span = (2.5, 6.0)
-    """Least and largest length of a room along the corridor, metres, of which all in a row get about the same share."""
+    """Least and largest length of a room along the corridor, metres; rooms in a row have about the same share of it."""
     room_depth: Span = (1.5, 4.5)
     """Least and largest depth of a room, metres."""
     shut: float = Field(0.6, ge=0, le=1)
-    """Share of the doors that are shut, on average."""
+    """Share of closed doors, on average."""
     bays: float = Field(0.25, ge=0, le=1)
-    """Share of the rooms that have no wall to the corridor, on average."""
+    """Share of the rooms without a wall to the corridor, on average."""
     furniture: float = Field(0.5, ge=0, le=1)
     """Share of the rooms with a box or a table at their wall, in the corridor or in the bay, on average."""
 
@@ -88,11 +88,11 @@ class CampusGenerator(Section):
         return [np.zeros(2), np.array([x, 0.0]), np.array([x, y]) + shifts[0], np.array([0.0, y]) + shifts[1]]
 
     def _side(self, first: FloatArray, second: FloatArray, rng: np.random.Generator) -> RingSide:
-        way = second - first
-        length = float(np.hypot(*way))
+        vector = second - first
+        length = float(np.hypot(*vector))
         begin, rest = rng.uniform(*self.passage_length, 2)
         front = (rng.uniform(*self.corridor_width) + THICKNESS) / 2.0
-        T_map_side = Pose2D(float(first[0]), float(first[1]), atan2(way[1], way[0]))
+        T_map_side = Pose2D(float(first[0]), float(first[1]), atan2(vector[1], vector[0]))
         return RingSide(T_map_side, length, float(begin), float(length - rest), float(front))
 
     def _rows(self, side: RingSide, crossing: float | None, rng: np.random.Generator) -> tuple[SpaceRow, SpaceRow]:
@@ -105,12 +105,12 @@ class CampusGenerator(Section):
         return SpaceRow(side.T_map_side, side.front, sum(inside, ())), SpaceRow(turned, side.front, outside)
 
     def _spaces(self, low: float, high: float, rng: np.random.Generator) -> tuple[Space, ...]:
-        """Draw the spaces between two places of a row."""
+        """Draw the spaces between two positions of a row."""
         bounds = millimetres(*np.cumsum([low, *drawn_lengths(high - low, self.room_length, rng)]))
         return tuple(self._space(a, b, rng) for a, b in pairwise(bounds))
 
     def _space(self, low: float, high: float, rng: np.random.Generator) -> Space:
-        """Draw a room with its door, or a bay without."""
+        """Draw a room with its door, or a bay without a door."""
         (depth,) = millimetres(rng.uniform(*self.room_depth))
         return Space(low, high, depth, None if rng.random() < self.bays else self._door(high - low, rng))
 
@@ -135,7 +135,7 @@ class CampusGenerator(Section):
         ]
 
     def _route(self, sides: list[RingSide], crossings: dict[int, float], start: float) -> tuple[Point, ...]:
-        """Once around, on over the beginning, across the court, and over the second half of the ring again."""
+        """Return the route: around, over the beginning again, across the court, and half around again."""
         first, *corners = (side.point(0.0, 0.0) for side in sides)
         home = sides[0].point(start, 0.0)
         over, back = (sides[k].point(crossings[k], 0.0) for k in _CROSSED)
@@ -146,8 +146,8 @@ class CampusGenerator(Section):
         shortest = float(np.mean(self.room_length)) * self.room_length[0] / self.room_length[1]
         if shortest < _FOR_DOOR:
             raise ValueError(f"room_length: rooms of {shortest:.2f} m might be drawn; at least {_FOR_DOOR:g} m")
-        if self.corridor_width[0] < max(self.passage_width, _LEAST_WIDTH):
-            least = max(self.passage_width, _LEAST_WIDTH)
+        if self.corridor_width[0] < max(self.passage_width, _MIN_WIDTH):
+            least = max(self.passage_width, _MIN_WIDTH)
             raise ValueError(f"corridor_width: {self.corridor_width[0]:g} m is too narrow; at least {least:g} m")
         return self
 
@@ -164,5 +164,5 @@ class CampusGenerator(Section):
 
 
 def _neighbours(sides: list[RingSide]) -> Iterator[tuple[RingSide, RingSide]]:
-    """Pair each side of the ring with the one before it."""
+    """Pair each side of the ring with the previous one."""
     return zip([sides[-1], *sides[:-1]], sides, strict=True)

@@ -42,9 +42,9 @@ class CorridorGenerator(PassageGenerator):
         )
 
     def _person(self, rng: np.random.Generator) -> Person:
-        """Make somebody who walks up and down a part of the corridor."""
-        way = rng.uniform(0.25, 0.75) * (self.length - 2.0 * _TURN)
-        near = rng.uniform(_TURN, self.length - _TURN - way)
-        near, far, y = millimetres(near, near + way, self.walking_offset(rng))
-        speed, start = millimetres(rng.uniform(0.5, 1.3), rng.uniform(0.0, way))
+        """Make a person who walks up and down a part of the corridor."""
+        length = rng.uniform(0.25, 0.75) * (self.length - 2.0 * _TURN)
+        near = rng.uniform(_TURN, self.length - _TURN - length)
+        near, far, y = millimetres(near, near + length, self.walking_offset(rng))
+        speed, start = millimetres(rng.uniform(0.5, 1.3), rng.uniform(0.0, length))
         return Person(waypoints=((near, y), (far, y)), speed=speed, start=start, pause=1.0)

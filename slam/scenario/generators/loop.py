@@ -18,7 +18,7 @@ class LoopGenerator(PassageGenerator):
     kind: Literal["loop"] = "loop"
     """This generator."""
     size: tuple[Length, Length] = (14.0, 8.0)
-    """Size of the ring's middle line, along x and y, metres."""
+    """Size of the ring's centre line, along x and y, metres."""
 
     def wall_faces(self) -> tuple[WallFace, ...]:
         """List four faces of the outer walls, then four of the block."""
@@ -37,12 +37,12 @@ class LoopGenerator(PassageGenerator):
         return GeneratedWorld(world, Place(), (*corners, first, (0.0, 0.0)), people)
 
     def _ring(self, out: float) -> tuple[Point, Point, Point, Point]:
-        """List the corners of the middle line, or of a rectangle ``out`` metres outside it; counter-clockwise."""
+        """List the corners of the centre line, or of a rectangle ``out`` metres outside it; counter-clockwise."""
         x, y = self.size[0] / 2.0 + out, self.size[1] + out
         return (-x, -out), (x, -out), (x, y), (-x, y)
 
     def _person(self, rng: np.random.Generator) -> Person:
-        """Make somebody who walks around the block on one side of the robot's way, in either direction."""
+        """Make a person who walks around the block on one side of the robot's path, in either direction."""
         ring = self._ring(self.walking_offset(rng))[:: rng.choice([-1, 1])]
         speed, start = millimetres(rng.uniform(0.5, 1.3), rng.uniform(0.0, 2.0 * sum(self.size)))
         return Person(waypoints=tuple(readable_point(x, y) for x, y in ring), closed=True, speed=speed, start=start)

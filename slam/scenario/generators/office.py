@@ -1,4 +1,4 @@
-"""An office: rooms on both sides of a corridor, some of which are visited."""
+"""An office: rooms on both sides of a corridor, some of them on the route."""
 
 from dataclasses import dataclass
 from functools import reduce
@@ -19,7 +19,7 @@ from slam.scenario.world_plan import GeneratedWorld, World
 
 _THICKNESS: Final[float] = Wall.model_fields["thickness"].default
 _INTO_ROOM: Final = 1.1
-"""Distance that the robot drives into a room which it visits, metres."""
+"""Distance that the robot drives into a room on its route, metres."""
 _BESIDE_DOOR: Final = 0.2
 """Least wall between a door, or its open leaf, and the corner of its room, metres."""
 
@@ -45,7 +45,7 @@ class OfficeGenerator(Section):
     kind: Literal["office"] = "office"
     """This generator."""
     seed: int = Field(0, ge=0)
-    """Seed of all that is random; left out, it is drawn with the scenario's seed."""
+    """Seed of the world; by default it is drawn with the scenario's seed."""
     rooms: int = Field(3, ge=1, le=50)
     """Rooms on each side."""
     room_length: Span = (3.0, 5.0)
@@ -57,15 +57,15 @@ class OfficeGenerator(Section):
     door_width: float = Field(0.95, ge=0.8, le=1000)
     """Width of the doors, metres."""
     door_angle: Span = (1.6, 2.0)
-    """Least and largest angle of an open door's leaf, radians; less than pi / 2 would block the way."""
+    """Least and largest angle of an open door's leaf, radians; less than pi / 2 would block the path."""
     shut: float = Field(0.25, ge=0, le=1)
-    """Share of the doors that are shut, on average."""
+    """Share of closed doors, on average."""
     visits: Count = 2
-    """Open rooms that the route leads into, at most."""
+    """Largest number of open rooms on the route."""
     furniture: Count = 3
-    """Boxes, tables and cylinders in each room, as far as there is space off the robot's way."""
+    """Boxes, tables and cylinders in each room, as far as there is space beside the robot's path."""
     people: Count = 0
-    """People who walk about in rooms, as far as there is space off the robot's way."""
+    """People who walk in rooms, as far as there is space beside the robot's path."""
 
     def build(self) -> GeneratedWorld:
         """Build the world of these parameters: the same in any process."""
@@ -103,7 +103,7 @@ class OfficeGenerator(Section):
         return tuple(doors)
 
     def _waypoints(self, rows: tuple[RoomRow, RoomRow], rng: np.random.Generator) -> tuple[Point, ...]:
-        """Draw a route along the corridor into some rooms whose doors are open, to its far end, and back."""
+        """Draw a route along the corridor into some open rooms, to its far end, and back."""
         doors = [(row, door.at + door.width / 2.0) for row in rows for door in row.doors if door.angle]
         visited = [doors[k] for k in rng.permutation(len(doors))[: self.visits]]
         inside = self._room_front + _INTO_ROOM
@@ -119,7 +119,7 @@ class OfficeGenerator(Section):
 
     @property
     def _room_front(self) -> float:
-        """Y of a row's room behind the corridor's wall, metres."""
+        """Return the y of a row's room behind the corridor's wall, metres."""
         return self.corridor_width / 2.0 + _THICKNESS
 
     def _floors(self, row: RoomRow) -> list[tuple[Point, Point]]:

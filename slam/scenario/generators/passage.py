@@ -20,27 +20,27 @@ SLOT: Final = 1.3
 _RECESS: Final = (0.15, 1.15)
 """Start and end of a recess in its slot, metres."""
 _THICKNESS: Final[float] = Wall.model_fields["thickness"].default
-_LEAST_DEPTH: Final = 0.2
+_MIN_DEPTH: Final = 0.2
 """Least depth of furniture, metres."""
 _BODY: Final = 0.2
-"""Half of the width that somebody who walks takes, metres."""
+"""Half of the width of a walking person, metres."""
 _BESIDE_ROBOT: Final = 0.6
-"""Least distance from the robot's way to where people walk, metres."""
+"""Least distance from the robot's path to walking people, metres."""
 _LANE_WITH_PEOPLE: Final = 2.0 * (_BESIDE_ROBOT + _BODY)
 
 
 @dataclass(frozen=True, slots=True)
 class WallFace:
-    """Face of a wall, with slots for recesses and furniture. ``T_map_face``: x along it, y off it into the open."""
+    """Face of a wall, with slots for recesses and furniture. ``T_map_face``: x along it, y into the open."""
 
     T_map_face: Pose2D
     length: float
     outer_corner: bool = False
-    """The passage bends around both ends of this face, so that its wall must not stick out."""
+    """True if the passage bends around both ends of this face, so that its wall must not extend beyond them."""
 
     @property
     def slots(self) -> int:
-        """Number of things that have a place along it."""
+        """Number of slots along the face."""
         return int(self.length / SLOT)
 
     def wall(self, recessed: Sequence[int], depth: float) -> Wall:
@@ -80,24 +80,24 @@ class WallFace:
 
 
 class PassageGenerator(Section):
-    """A way between walls, whose middle stays free."""
+    """A path between walls, whose middle stays free."""
 
     seed: int = Field(0, ge=0)
-    """Seed of all that is random; left out, it is drawn with the scenario's seed."""
+    """Seed of the world; by default it is drawn with the scenario's seed."""
     width: Length = 2.5
     """Width between the walls, metres."""
     lane: float = Field(1.2, ge=0.8)
     """Width that stays free in the middle, metres; at least 1.6 with people."""
     recesses: Count = 4
-    """Recesses in the walls, as of doors; each 1 m long."""
+    """Number of recesses in the walls, like those of doors; each is 1 m long."""
     recess_depth: float = Field(0.25, ge=0, le=1000)
     """Depth of a recess, metres."""
     boxes: Count = 8
-    """Boxes along the walls."""
+    """Number of boxes along the walls."""
     tables: Count = 2
-    """Tables along the walls."""
+    """Number of tables along the walls."""
     people: Count = 0
-    """People who walk up and down beside the robot's way."""
+    """Number of people who walk up and down beside the robot's path."""
 
     @property
     def depth(self) -> float:
@@ -120,14 +120,14 @@ class PassageGenerator(Section):
         return World(walls=tuple(walls), boxes=tuple(boxes), tables=tuple(tables))
 
     def walking_offset(self, rng: np.random.Generator) -> float:
-        """Draw where somebody walks: metres to the left of the middle, beside the robot's way and within the lane."""
+        """Draw where a person walks: metres to the left of the middle, beside the robot's path and within the lane."""
         return float(rng.choice([-1.0, 1.0]) * rng.uniform(_BESIDE_ROBOT, self.lane / 2.0 - _BODY))
 
     @model_validator(mode="after")
     def _things_fit(self) -> Self:
-        if self.depth < _LEAST_DEPTH - 1e-9 and self.boxes + self.tables:
+        if self.depth < _MIN_DEPTH - 1e-9 and self.boxes + self.tables:
             raise ValueError(
-                f"width = {self.width:g} m and lane = {self.lane:g} m leave less than {_LEAST_DEPTH} m on either side "
+                f"width = {self.width:g} m and lane = {self.lane:g} m leave less than {_MIN_DEPTH} m on either side "
                 f"for furniture; widen it, or set boxes and tables to 0"
             )
         if self.lane > self.width:

@@ -10,14 +10,14 @@ from slam.scenario.wall import Wall
 
 
 class RingSide(NamedTuple):
-    """A side of the ring. ``T_map_side``: x along its middle line from its first corner, y to the inside."""
+    """A side of the ring. ``T_map_side``: x along its centre line from its first corner, y to the inside."""
 
     T_map_side: Pose2D
     length: float
     begin: float
-    """x at which the wing begins, metres ..."""
+    """x at which the wing begins, metres."""
     end: float
-    """... and ends."""
+    """x at which the wing ends, metres."""
     front: float
     """Distance from the middle of the wing's corridor to the middle of its walls, metres."""
 
@@ -30,7 +30,7 @@ class RingSide(NamedTuple):
 def walls_around_corner(before: RingSide, after: RingSide, half: float) -> list[Wall]:
     """Make the outer and the inner wall from one wing to the next, ``half`` metres beside the middle of the passage.
 
-    They begin and end with the walls across, to where the wings' corridors are wider.
+    They extend to the cross walls where the wings' corridors are wider.
     """
     walls = []
     for hand in (-1.0, 1.0):
@@ -42,6 +42,6 @@ def walls_around_corner(before: RingSide, after: RingSide, half: float) -> list[
 
 
 def _mitre(before: RingSide, after: RingSide, y: float) -> Point:
-    """Find where the lines ``y`` metres beside two sides meet, at the corner that both have."""
+    """Return the intersection of the lines ``y`` metres beside two sides, at their common corner."""
     left, also_left = unit_vectors(np.array([before.T_map_side.theta, after.T_map_side.theta]) + np.pi / 2.0)
     return readable_point(*(after.T_map_side.translation + y * (left + also_left) / (1.0 + left @ also_left)))

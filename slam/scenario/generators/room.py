@@ -1,4 +1,4 @@
-"""A room of a generated office, and what stands and walks in it."""
+"""A room of a generated office, with its furniture and people."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,21 +14,21 @@ from slam.scenario.values import Point, millimetres, readable_point
 from slam.scenario.world_plan import Person, World
 
 _TRIES: Final = 20
-"""Tries to find a place for a thing before it is left out."""
+"""Number of attempts to place a thing before it is left out."""
 _FROM_ROUTE: Final = 0.45
-"""Distance that furniture keeps from the robot's way, metres ..."""
+"""Least distance of furniture from the robot's path, metres."""
 _WALKER_FROM_ROUTE: Final = 0.7
-"""... and that people keep from it, to the middle of the body, metres ..."""
+"""Least distance of people from the robot's path, to the middle of the body, metres."""
 _WALKER_FROM_THINGS: Final = 0.35
-"""... and from furniture, metres."""
+"""Least distance of people from furniture, metres."""
 
 
 @dataclass(frozen=True, slots=True)
 class Room:
     """A rectangle between the faces of its walls, ``low`` to ``high`` corner, metres, map frame.
 
-    What is put into it keeps off ``route`` and ``leaves``: points (N, 2) in and near the room, on the robot's way
-    and on the outlines of doors.
+    Its contents stay clear of ``route`` and ``leaves``: points (N, 2) in and near the room, on the robot's path and on
+    the outlines of doors.
     """
 
     low: Point
@@ -38,7 +38,7 @@ class Room:
 
     @classmethod
     def between(cls, low: Point, high: Point, route: FloatArray, leaves: FloatArray) -> Self:
-        """Make the room, with what it needs of the points on all ways and doors."""
+        """Make the room, with the relevant points of all paths and doors."""
         return cls(low, high, *(_near(points, low, high) for points in (route, leaves)))
 
     def furnish(self, count: int, rng: np.random.Generator) -> list[Furniture]:
@@ -51,7 +51,7 @@ class Room:
         return placed
 
     def person(self, furniture: Sequence[Furniture], rng: np.random.Generator) -> Person | None:
-        """Place somebody who walks to and fro, clear of the furniture too; None where there is no room."""
+        """Place a person who walks to and fro, clear of the furniture too; None if there is no room."""
         things = [_footprint(piece) for piece in furniture]
         for _ in range(_TRIES):
             ends = [self._point(0.4, 0.4, rng) for _ in range(2)]
@@ -95,7 +95,7 @@ class Room:
 
 
 def _near(points: FloatArray, low: Point, high: Point) -> FloatArray:
-    """Select those of the points (N, 2) that matter to a room between these corners."""
+    """Return the points (N, 2) that matter to a room between these corners."""
     lowest, highest = np.subtract(low, _WALKER_FROM_ROUTE), np.add(high, _WALKER_FROM_ROUTE)
     return points[np.all((points > lowest) & (points < highest), axis=1)]
 
@@ -114,14 +114,14 @@ def furniture_world(furniture: Sequence[Furniture]) -> World:
 
 
 def _footprint(piece: Furniture) -> FloatArray:
-    """Outline of all that a piece covers; of a table, the top."""
+    """Return the outline of a piece; of a table, that of its top."""
     if isinstance(piece, Cylinder):
         return disc(piece.center, piece.radius)
     return rectangle(piece.center, piece.size[0], piece.size[1], piece.yaw)
 
 
 def _apart(one: Furniture, other: Furniture) -> bool:
-    """True where the circles around two pieces do not meet."""
+    """Return True if the circles around two pieces do not meet."""
     return Pose2D(*one.center).distance(Pose2D(*other.center)) > _radius(one) + _radius(other)
 
 

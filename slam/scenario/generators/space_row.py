@@ -16,22 +16,22 @@ from slam.scenario.world_plan import World
 
 THICKNESS: Final[float] = Wall.model_fields["thickness"].default
 _PILLAR_FROM: Final = 3.5
-"""Length of a bay from which a pillar stands in its opening, metres."""
+"""Length from which a bay has a pillar in its opening, metres."""
 _BAY_FURNITURE: Final = 0.6
-"""Distance that furniture in a bay may reach from its back wall, metres."""
+"""Largest distance of furniture in a bay from its back wall, metres."""
 _TABLES: Final = 0.3
-"""Share of the furniture that is tables; the rest is boxes."""
+"""Share of tables in the furniture; the rest is boxes."""
 
 
 class Space(NamedTuple):
-    """A room behind a wall with a door or, without one, a bay that is open to the corridor. Frame of its row."""
+    """A room behind a wall with a door or, without one, a bay that is open to the corridor; in the frame of its row."""
 
     low: float
-    """x at which it begins, metres ..."""
+    """x at which it begins, metres."""
     high: float
-    """... and ends."""
+    """x at which it ends, metres."""
     depth: float
-    """Metres from the corridor's wall to its own back wall."""
+    """Distance from the corridor's wall to its own back wall, metres."""
     door: Door | None
 
 
@@ -64,7 +64,7 @@ class SpaceRow:
     def furniture(self, share: float, reach: float, rng: np.random.Generator) -> World:
         """Place a box or a table beside this share of the spaces, in bays at the back, and pillars into wide bays.
 
-        What stands in the corridor reaches no farther than ``reach`` metres from its wall.
+        Furniture in the corridor is at most ``reach`` metres from its wall.
         """
         boxes: list[Box] = []
         tables: list[Table] = []
@@ -92,7 +92,7 @@ class SpaceRow:
         return Wall(points=(self.point(space.low, y), self.point(space.high, y)), doors=doors)
 
     def _free_face(self, space: Space) -> WallFace:
-        """The face of a bay's back wall, or of the longer part of the corridor's wall beside a door."""
+        """Return the face of a bay's back wall, or of the longer part of the corridor's wall beside a door."""
         low, high, y = space.low, space.high, self.front + space.depth
         if space.door is not None:
             y, door_begin, door_end = self.front, low + space.door.at, low + space.door.end
@@ -101,6 +101,6 @@ class SpaceRow:
 
 
 def drawn_lengths(total: float, span: tuple[float, float], rng: np.random.Generator) -> tuple[float, ...]:
-    """Divide a length into parts whose ratios are drawn from the span, and their mean is at least the span's."""
+    """Divide a length into parts with ratios drawn from the span; their mean is at least the span's."""
     weights = rng.uniform(*span, max(int(total / np.mean(span)), 1))
     return tuple((total * weights / weights.sum()).tolist())

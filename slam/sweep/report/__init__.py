@@ -1,1 +1,1 @@
-"""Report on what the runs of a sweep have in common: tables, comparisons, pictures, one page."""
+"""Report on the runs of a sweep: tables, comparisons, pictures, one page."""

@@ -1,4 +1,4 @@
-"""The rows of a sweep, put together by case: name, mode and the settings of the grid."""
+"""The rows of a sweep, grouped by case: name, mode and the settings of the grid."""
 
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -9,25 +9,25 @@ from slam.sweep.result_rows import Row
 from slam.sweep.result_store import ResultStore
 
 _DEFAULT_METRICS: Final = ("ate_rmse_m", "wall.slam_ms_median")
-"""Metrics reported where none is asked for: the first of which there is a value."""
+"""Default metric: the first of these with a value."""
 
 
 @dataclass(eq=False)
 class RunGroup:
-    """Runs of one case: those that came to an end, and failures."""
+    """Runs of one case: the successful ones, and failures."""
 
     name: str
     mode: str
     grid: dict[str, Any]
     seeds: list[int] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
-    """Metric, run by run."""
+    """Metric of each run."""
     curves: list[tuple[float, list[float]]] = field(default_factory=list)
-    """Metres driven, and the error along the way, of the runs of which it is known."""
+    """Distance driven, metres, and error along the path, of the runs for which it is known."""
     drawn: list[dict[str, float]] = field(default_factory=list)
-    """The settings that were drawn, run by run."""
+    """Drawn settings of each run."""
     commands: list[tuple[str, str]] = field(default_factory=list)
-    """Id and command, run by run."""
+    """Id and command of each run."""
     failures: list[tuple[str, str, str]] = field(default_factory=list)
     """Id, error and command of the runs without a result."""
     collided: int = 0
@@ -56,7 +56,7 @@ class RunGroup:
 
 
 def pick_metric(store: ResultStore, asked: str | None) -> str:
-    """Choose the column that is reported; InputError where it holds no numbers."""
+    """Choose the reported column; InputError if it has no numbers."""
     numbers = {
         key: None
         for row in store.rows()
@@ -71,7 +71,7 @@ def pick_metric(store: ResultStore, asked: str | None) -> str:
 
 
 def group_runs(store: ResultStore, metric: str) -> list[RunGroup]:
-    """Cases in the order of name, mode and settings; the first of a name is what the others are compared with."""
+    """Return cases in the order of name, mode and settings; the others are compared with the first of a name."""
     groups: dict[tuple[Any, ...], RunGroup] = {}
     for row in store.rows():
         grid = _prefixed(row, "set.")
@@ -81,7 +81,7 @@ def group_runs(store: ResultStore, metric: str) -> list[RunGroup]:
 
 
 def group_by_name(groups: list[RunGroup]) -> dict[str, list[RunGroup]]:
-    """Cases of each scenario or log."""
+    """Return the cases of each scenario or log."""
     names = dict.fromkeys(group.name for group in groups)
     return {name: [group for group in groups if group.name == name] for name in names}
 

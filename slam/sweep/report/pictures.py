@@ -15,14 +15,14 @@ from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.sweep.report.groups import RunGroup, group_by_name
 
 _CURVES: Final[list[str]] = sorted(MODES, key=lambda mode: mode == "paper")
-"""Each mode has the look of its place here: SLAM and dead reckoning come first, and have their usual colours."""
+"""Styles of the modes by their order: SLAM and dead reckoning come first, with their usual colours."""
 _MARKERS: Final = "osD^vPX"
 _LOG_SCALE_RATIO: Final = 20.0
-"""Ratio of the largest to the smallest value beyond which the scale is logarithmic."""
+"""Ratio of the largest to the smallest value above which the scale is logarithmic."""
 
 
 def draw_boxes(path: Path, groups: list[RunGroup], metric: str) -> None:
-    """Draw a panel a scenario: for each case the quartiles, whiskers to 5 and 95 %, and the runs outside them."""
+    """Draw a panel per scenario: for each case the quartiles, whiskers to 5 and 95 %, and the outliers."""
     figure, panels = _panels(group_by_name(groups), metric)
     for axes, members in zip(panels, group_by_name(groups).values(), strict=True):
         shown = [group for group in members if group.values]
@@ -38,7 +38,7 @@ def draw_boxes(path: Path, groups: list[RunGroup], metric: str) -> None:
 
 
 def draw_bands(path: Path, groups: list[RunGroup]) -> None:
-    """Draw a panel a scenario: the error over the distance driven, median of the runs and 5 to 95 % of them."""
+    """Draw a panel per scenario: the error over the distance driven, median of the runs and 5 to 95 % of them."""
     known = group_by_name([group for group in groups if group.curves])
     figure, panels = _panels(known, "error [m]")
     for axes, members in zip(panels, known.values(), strict=True):
@@ -52,7 +52,7 @@ def draw_bands(path: Path, groups: list[RunGroup]) -> None:
 
 
 def draw_samples(path: Path, groups: list[RunGroup], metric: str) -> None:
-    """Draw a panel a drawn setting: the metric of every run over its value."""
+    """Draw a panel per drawn setting: the metric of every run over its value."""
     keys = sorted({key for group in groups for drawn in group.drawn for key in drawn})
     figure, panels = _panels(keys, metric)
     for axes, key in zip(panels, keys, strict=True):
@@ -77,7 +77,7 @@ def _panels(titles: Any, y_label: str) -> tuple[Figure, Sequence[Axes]]:
 
 
 def _styles(groups: list[RunGroup]) -> list[tuple[str, str]]:
-    """Colour and line style of each case: those of its mode, where the modes tell the cases apart."""
+    """Return colour and line style of each case: those of its mode, if the modes distinguish the cases."""
     modes = [group.mode for group in groups]
     if len(set(modes)) == len(modes) and set(modes) <= set(_CURVES):
         return [PAPER.curve(_CURVES.index(mode)) for mode in modes]
@@ -85,7 +85,7 @@ def _styles(groups: list[RunGroup]) -> list[tuple[str, str]]:
 
 
 def _band(curves: list[tuple[float, list[float]]]) -> tuple[FloatArray, FloatArray]:
-    """Distances (M,), as far as half the runs went, and there 5, 50 and 95 % of the errors, (3, M)."""
+    """Return distances (M,), as far as half the runs went, and the 5, 50 and 95 % quantiles of the errors, (3, M)."""
     distance = np.linspace(0.0, float(np.median([path for path, _ in curves])), 200)
     errors = [np.interp(distance, np.linspace(0.0, path, len(errors)), errors, right=np.nan) for path, errors in curves]
     return distance, np.nanpercentile(np.array(errors), [5, 50, 95], axis=0)

@@ -17,20 +17,20 @@ _RESAMPLES: Final = 9999
 
 @dataclass(frozen=True, slots=True)
 class PairedDifference:
-    """Difference of one case from another, seed by seed: its median, with a bootstrap interval."""
+    """Difference between two cases, seed by seed: its median, with a bootstrap interval."""
 
     pairs: int
     """Number of seeds that both have."""
     median: float
     low: float
     high: float
-    """NaN, with ``low``, where there are fewer than two pairs."""
+    """nan, like ``low``, for fewer than two pairs."""
     lower: float
     """Share of the seeds for which the first case is lower."""
 
 
 def tables(groups: list[RunGroup], metric: str) -> list[ResultTable]:
-    """Tables of each scenario or log: a row a case, and each case compared with the first."""
+    """Make tables of each scenario or log: a row per case, and each case compared with the first."""
     made = [
         table
         for name, (first, *others) in group_by_name(groups).items()
@@ -40,7 +40,7 @@ def tables(groups: list[RunGroup], metric: str) -> list[ResultTable]:
 
 
 def paired_difference(group: RunGroup, baseline: RunGroup) -> PairedDifference | None:
-    """Compare two cases seed by seed, so that hard seeds do not count; None where they have no seed in common."""
+    """Compare two cases seed by seed, so that hard seeds cancel; None without a common seed."""
     other = dict(zip(baseline.seeds, baseline.values, strict=True))
     pairs = np.array([(a, other[s]) for s, a in zip(group.seeds, group.values, strict=True) if s in other])
     if not len(pairs):
@@ -82,7 +82,7 @@ def _difference_cells(found: PairedDifference | None) -> tuple[str, str, str, st
 
 
 def _interval(values: FloatArray) -> tuple[float, float]:
-    """Confidence interval of the median, always from the same resamples."""
+    """Return the confidence interval of the median, from fixed resamples."""
     if len(values) < 2:
         return np.nan, np.nan
     found = bootstrap(

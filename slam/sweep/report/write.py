@@ -1,4 +1,4 @@
-"""Report of a sweep: ``report.html``, its tables and pictures, and the runs to look at first."""
+"""Report of a sweep: ``report.html``, its tables and pictures, and a list of runs to examine."""
 
 import base64
 from contextlib import suppress
@@ -21,13 +21,13 @@ from slam.sweep.result_store import RESULTS, ResultStore
 from slam.sweep.sweep import CONFIG
 
 _FOLDER: Final = "report"
-_MOST: Final = 10
-"""Runs that are named, at most."""
+_MAX_LISTED: Final = 10
+"""Largest number of listed runs."""
 
 
 @dataclass(frozen=True, slots=True)
 class NotableRun:
-    """Run to look at, and why."""
+    """A run to examine, and the reason."""
 
     id: str
     case: str
@@ -37,7 +37,7 @@ class NotableRun:
 
 @dataclass(frozen=True, slots=True)
 class SweepReport:
-    """Report of a sweep, and where its page is."""
+    """Report of a sweep, with the address of its page."""
 
     page: str
     """Path or URL of ``report.html``."""
@@ -51,7 +51,7 @@ class SweepReport:
 def write_report(out: str, metric: str | None = None) -> SweepReport:
     """Write tables, pictures and one page, from the results in ``out``, into its folder ``report``.
 
-    InputError where there are none, or none has that metric. A sweep that runs is reported as far as it is.
+    InputError if there are none, or none has that metric. A running sweep is reported as far as it is.
     """
     folder = Folder(out)
     try:
@@ -65,7 +65,7 @@ def _report_in(folder: Folder, out: str, metric: str | None) -> SweepReport:
         raise InputError(f"{out}: no sweep there; run: hopslam sweep SCENARIO --out {quote(out)}")
     store = ResultStore(folder)
     damage = list[str]()
-    with suppress(InputError), SweepLock(folder):  # held by a driver at work, which does this itself
+    with suppress(InputError), SweepLock(folder):  # held by a running driver, which does this itself
         damage = store.set_damaged_aside()
         store.compact()
     metric = pick_metric(store, metric)
@@ -82,24 +82,24 @@ def _report_in(folder: Folder, out: str, metric: str | None) -> SweepReport:
 
 
 def worst_runs(groups: list[RunGroup], metric: str) -> list[NotableRun]:
-    """The worst runs, over all cases, the worst first: those with the largest values, but where more is better."""
+    """Return the worst runs over all cases, the worst first: those with the largest values, unless more is better."""
     runs = [
         (value, NotableRun(run, f"{group.name}: {group.label}, seed {seed}", f"{metric} {value:.3g}", command))
         for group in groups
         for value, seed, (run, command) in zip(group.values, group.seeds, group.commands, strict=True)
     ]
     sign = 1.0 if more_is_better(metric) else -1.0
-    return [run for _, run in sorted(runs, key=lambda run: sign * run[0])[:_MOST]]
+    return [run for _, run in sorted(runs, key=lambda run: sign * run[0])[:_MAX_LISTED]]
 
 
 def failed_runs(groups: list[RunGroup]) -> list[NotableRun]:
-    """Runs without a result, with their errors."""
+    """Return the runs without a result, with their errors."""
     runs = [
         NotableRun(run, f"{group.name}: {group.label}", error, command)
         for group in groups
         for run, error, command in group.failures
     ]
-    return runs[:_MOST]
+    return runs[:_MAX_LISTED]
 
 
 def _pictures(here: Path, groups: list[RunGroup], metric: str) -> list[Path]:
@@ -114,7 +114,7 @@ def _pictures(here: Path, groups: list[RunGroup], metric: str) -> list[Path]:
 
 
 def _page(report: SweepReport, pictures: list[Path], config: str, folder: Folder) -> str:
-    """Render the page: one file that needs no other."""
+    """Render the page: one self-contained file."""
     template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
         Path(__file__).with_name("page.html").read_text(encoding="utf-8")
     )

@@ -23,29 +23,30 @@ OWN: Final = MASS / 4.0 + INERTIA / TRACK**2 + 0.00475 / WHEEL_RADIUS**2
 CROSS: Final = MASS / 4.0 - INERTIA / TRACK**2
 """Force at a rim per acceleration of the other rim, kg."""
 
-GIVE: Final = 2.64e-4
-"""Rim speed that PyBullet's solver misses, m/s for each N s with which the motor pushes; measured."""
+COMPLIANCE: Final = 2.64e-4
+"""Rim speed that PyBullet's solver misses for each N s with which the motor pushes, m/s; measured."""
 LOAD: Final = 0.5
 """Push that each motor makes in addition, N; measured."""
 
 
 @compiled_on_views
-def give_of(theta: float, seconds: float) -> float:
-    """Return the missing rim speed, m/s for each N with which its motor pushes for ``seconds``, at this heading.
+def solver_compliance(theta: float, seconds: float) -> float:
+    """Return the rim speed that PyBullet's solver misses at this heading for each N of push during ``seconds``, m/s.
 
-    The solver splits friction along the axes of the map: most is missing if the robot heads along one of them, and
+    The solver splits friction along the axes of the map: it misses most if the robot heads along one of them, and
     nothing halfway between two.
     """
-    return GIVE * seconds * (1.0 + cos(4.0 * theta))
+    return COMPLIANCE * seconds * (1.0 + cos(4.0 * theta))
 
 
 @compiled_on_views
 def rims_after(
-    left: float, right: float, left_target: float, right_target: float, seconds: float, force: float, give: float
+    left: float, right: float, left_target: float, right_target: float, seconds: float, force: float, compliance: float
 ) -> tuple[float, float]:
     """Return the rim speeds after ``seconds``; each motor reaches its target, or pushes with ``force`` at most.
 
-    ``give`` is the result of ``give_of``; it applies to a motor that is not at its limit.
+    A motor that is not at its limit misses its target by ``compliance`` for each N of its push: see
+    ``solver_compliance``.
     """
     pull_left, pull_right = _pulls_of_turning(left, right)
     a, b = (left_target - left) / seconds, (right_target - right) / seconds
@@ -57,15 +58,15 @@ def rims_after(
             b, a = _limited(push_right, a, pull_right, pull_left, force)
         push_left, push_right = OWN * a + CROSS * b + pull_left, CROSS * a + OWN * b + pull_right
     return (
-        left + a * seconds - _missing(push_left, force, give),
-        right + b * seconds - _missing(push_right, force, give),
+        left + a * seconds - _missing(push_left, force, compliance),
+        right + b * seconds - _missing(push_right, force, compliance),
     )
 
 
 @compiled_on_views
-def _missing(push: float, force: float, give: float) -> float:
-    """Return the speed that the solver misses at the rim of a motor with this push; 0 at its limit."""
-    return give * (push + LOAD) if abs(push) < 0.999 * force else 0.0
+def _missing(push: float, force: float, compliance: float) -> float:
+    """Return the rim speed that the solver misses where the motor pushes so; none at the limit ``force``."""
+    return compliance * (push + LOAD) if abs(push) < 0.999 * force else 0.0
 
 
 @compiled_on_views

@@ -13,8 +13,8 @@ _STREAMS: Final = {0: "standard input", 1: "standard output", 2: "standard error
 class StreamWatch:
     """Waits for bytes at a socket and for hang-ups of the standard streams; Windows does not report hang-ups.
 
-    It watches streams on a terminal, and pipes and sockets that others read. Standard input from a file or a pipe is
-    not among them.
+    It watches terminals, and pipes and sockets that other programs read. Standard input from a file or a pipe is not
+    watched.
     """
 
     def __init__(self, wake: socket.socket) -> None:

@@ -22,12 +22,12 @@ _LONGEST_REACH: Final = 1000.0
 """Metres that no lidar reaches."""
 _LATEST: Final = 1e11
 """Seconds, some 3000 years; a longer time is in milliseconds or nanoseconds."""
-_WHAT_MISSES: Final = "write inf where nothing came back, nan for an erroneous reading"
+_MISSING_VALUES: Final = "write inf where nothing came back, nan for an erroneous reading"
 
 
 def checked_ranges(given: Any) -> FloatArray:
     """The ranges of a scan, (N,), metres; ``inf``, ``-inf`` and ``nan`` have the meaning of REP-117."""
-    ranges = _row("ranges", given, _WHAT_MISSES)
+    ranges = _row("ranges", given, _MISSING_VALUES)
     if len(ranges) < MIN_BEAMS:
         raise InputError(f"ranges has {len(ranges)} values; a scan needs {MIN_BEAMS} or more")
     if excess := BEAMS.excess(len(ranges)):
@@ -35,7 +35,7 @@ def checked_ranges(given: Any) -> FloatArray:
     finite = np.isfinite(ranges)
     if (ranges[finite] < 0.0).any():
         k = int(np.flatnonzero(finite & (ranges < 0.0))[0])
-        raise InputError(f"ranges[{k}] is {ranges[k]:g}, below 0; {_WHAT_MISSES}")
+        raise InputError(f"ranges[{k}] is {ranges[k]:g}, below 0; {_MISSING_VALUES}")
     if (ranges[finite] > _FARTHEST_WHOLE).any():
         _check_metres(ranges[finite])
     return ranges
@@ -100,7 +100,7 @@ class LidarTraits(NamedTuple):
 
 
 def checked_lidar(range_min: Any, range_max: Any, time_increment: Any) -> LidarTraits:
-    """Check the properties of the lidar that come beside its ranges and angles."""
+    """Check the properties of the lidar other than its ranges and angles."""
     near = checked_number("range_min", range_min, 0.0, "give metres")
     far = checked_number("range_max", range_max, near, "give metres, or leave it out")
     if isfinite(far) and far >= _LONGEST_REACH:

@@ -27,7 +27,7 @@ from slam.pose import FloatArray, Pose2D
 from slam.scenario.robot_config import RobotConfig
 
 Joint = tuple[float, float, Any, float]
-"""Of a simulated wheel, as PyBullet gives it: angle, rad; speed, rad/s; forces; torque of the motor, N m."""
+"""State of a simulated wheel in PyBullet: angle, rad; speed, rad/s; forces; torque of the motor, N m."""
 
 
 class Controller:
@@ -37,73 +37,73 @@ class Controller:
         self._robot: NDArray[Any] = np.zeros(1, ROBOT)
         self._robot["model"] = model_of(config, physics_rate)
         self.base, self.model = self._robot["base"][0], self._robot["model"][0]
-        """Records of what the firmware knows and of what it believes."""
+        """Records of the state of the firmware, and of its settings."""
         self._motors = self._robot["motors"][0]
         self.restart()
 
     def restart(self) -> None:
-        """Stand still without a command, at time 0."""
+        """Reset the firmware: the robot stands without a command, at time 0."""
         _switch_on(self._robot)
         self._reported_at = 0.0
 
     def command(self, twist: Twist2D) -> Twist2D:
-        """Ask for a velocity; the answer is the one within the limits that the ramps now lead to."""
+        """Set the target of the ramps, and return it: the velocity within the limits."""
         if not (isfinite(twist.linear) and isfinite(twist.angular)):
             raise RobotError(f"cannot drive at {twist}: both speeds must be finite numbers")
         return Twist2D(*_command(self._robot, twist.linear, twist.angular))
 
     def control(self) -> bool:
-        """Run the watchdog and the ramps of one control step; True where ``motors`` changed."""
+        """Run the watchdog and the ramps for one control step; return True if ``motors`` changed."""
         return _control(self._robot)
 
     def set_velocity(self, setpoint: Twist2D) -> bool:
-        """Turn the wheels at this speed, without ramps; True where ``motors`` changed."""
+        """Set the setpoint without ramps; return True if ``motors`` changed."""
         return _set_velocity(self._robot, setpoint.linear, setpoint.angular)
 
     def look(self, left: Joint, right: Joint) -> bool:
-        """End a control step: look at the wheels, and reckon; True where ``motors`` changed."""
+        """End a control step: read the wheels, and update the odometry; return True if ``motors`` changed."""
         return _look(self._robot, left[0], right[0], left[1], right[1], left[3], right[3])
 
     @property
     def noise(self) -> FloatArray:
-        """The four numbers of ``dead_reckoning.Noise``, for the next look; to be written."""
+        """The four numbers of ``dead_reckoning.Noise`` for the next ``look``; the caller writes them."""
         noise: FloatArray = self._robot["noise"][0]
         return noise
 
     @property
     def motors(self) -> list[float]:
-        """Speeds of the left and the right simulated wheel, rad/s, and the most torque of each motor, N m."""
-        told: list[float] = self._motors.tolist()
-        return told
+        """Speeds of the left and the right simulated wheel, rad/s, and the largest torque of each motor, N m."""
+        motors: list[float] = self._motors.tolist()
+        return motors
 
     @property
     def setpoint(self) -> Twist2D:
-        """Velocity that the motors are told now."""
+        """Velocity that the motors are set to now."""
         return Twist2D(self.base["v"].item(), self.base["omega"].item())
 
     @property
     def twist(self) -> Twist2D:
-        """Velocity of the base at the last look, as its simulated wheels say."""
+        """Velocity of the base at the last ``look``, from its simulated wheels."""
         return Twist2D.from_wheels(self.base["rim_left"].item(), self.base["rim_right"].item(), TRACK)
 
     @property
     def ticks(self) -> tuple[int, int]:
-        """Count of the left and the right encoder at the last look, since the robot was put down."""
+        """Count of the left and the right encoder at the last ``look``, since the reset."""
         return self.base["ticks_left"].item(), self.base["ticks_right"].item()
 
     @property
     def odometry(self) -> Pose2D:
-        """``T_odom_base`` as it is reported."""
+        """Reported ``T_odom_base``."""
         return Pose2D(*_reported_pose(self._robot))
 
     def mean_twist(self, time: float) -> Twist2D:
-        """Mean velocity since the last call, as it is reported at ``time`` seconds."""
+        """Return the reported mean velocity since the last call, at ``time`` seconds."""
         seconds, self._reported_at = time - self._reported_at, time
         return Twist2D(*_take_mean_twist(self._robot, seconds))
 
     @property
     def stalled(self) -> bool:
-        """True while the motors have stalled, as the last looks say."""
+        """True if the motors have stalled."""
         return bool(self.base["stalled"])
 
 
@@ -137,16 +137,16 @@ def _look(
     base.left, base.right = left, right
     base.rim_left, base.rim_right = WHEEL_RADIUS * left_speed, WHEEL_RADIUS * right_speed
     reckon(base, model, (noise[0], noise[1], noise[2], noise[3]))
-    in_vain = is_stalling(base.rim_left, base.rim_right, left_torque, right_torque)
-    return watch(base, model, in_vain) and _tell_motors(robot)
+    straining = is_stalling(base.rim_left, base.rim_right, left_torque, right_torque)
+    return watch(base, model, straining) and _tell_motors(robot)
 
 
 @compiled_in_order
 def _tell_motors(robot: NDArray[Any]) -> bool:
-    """Write what the motors shall do from now on; always True."""
+    """Write the new setpoint of the motors; return True."""
     base, motors = robot[0].base, robot[0].motors
     motors[0], motors[1] = wheel_speeds(base, robot[0].model)
-    motors[2] = MOTOR_TORQUE if base.cut_for == 0 else DRAG_TORQUE
+    motors[2] = MOTOR_TORQUE if base.off_steps == 0 else DRAG_TORQUE
     return True
 
 

@@ -2,10 +2,10 @@
 
 ``base`` is a record of the type BASE, ``model`` one of the type MODEL: sim/records.py.
 
-The stall protection cuts motors that strain without turning, and tries them again a little later. ARCOS has two
-settings for it, which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum PWM before
-stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no factory
-values, so torque and both times are our choice.
+The stall protection switches off motors that strain without turning, and switches them on again a little later.
+ARCOS has two settings for it, which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum
+PWM before stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no
+factory values, so torque and both times are our choice.
 """
 
 from typing import Any, Final
@@ -15,53 +15,58 @@ from slam.compiled import compiled_in_order
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
 MOTOR_TORQUE: Final = 1.2
-"""N m at a wheel, the most that the firmware allows; 25 N for both. The 9 kg robot needs 21 N for the 25 % slope of its
-data sheet, and 5 N for its ramps. Tyres on a dry floor hold more than that (``Traction.friction``)."""
+"""Largest torque at a wheel that the firmware allows, N m; 25 N for both wheels.
+
+The 9 kg robot needs 21 N for the 25 % slope of its data sheet, and 5 N for its ramps. Tyres on a dry floor hold more
+than that (``Traction.friction``).
+"""
 DRAG_TORQUE: Final = 0.3
-"""N m with which the gears hold a wheel whose motor is cut. Our choice."""
+"""Torque with which the gears hold a wheel whose motor is off, N m. Our choice."""
 STALL_TIME: Final = 0.3
-"""Seconds at full torque with a wheel at rest after which the motors are cut."""
+"""Seconds at full torque with a wheel at rest after which the motors are switched off."""
 RECOVERY_TIME: Final = 0.3
-"""Seconds for which the motors stay cut."""
+"""Seconds for which the motors stay off."""
 STANDING: Final = 0.02
 """Rim speed up to which a wheel counts as at rest, m/s."""
 
 
 @compiled_in_order
 def switch_on(base: Any) -> None:
-    """Stand still without a command, with nothing counted."""
+    """Reset the record: the robot stands at the origin without a command."""
     base.v = base.omega = base.target_v = base.target_omega = base.left = base.right = 0.0
-    base.rim_left = base.rim_right = base.odom_x = base.odom_y = base.odom_theta = base.way_left = base.way_right = 0.0
-    base.awake = base.ticks_left = base.ticks_right = 0
-    base.in_vain = base.in_order = base.cut_for = base.stalled = 0
+    base.rim_left = base.rim_right = base.odom_x = base.odom_y = base.odom_theta = base.travel_left = (
+        base.travel_right
+    ) = 0.0
+    base.watchdog_steps = base.ticks_left = base.ticks_right = 0
+    base.straining_steps = base.working_steps = base.off_steps = base.stalled = 0
 
 
 @compiled_in_order
 def command(base: Any, model: Any, v: float, omega: float) -> tuple[float, float]:
-    """Ask for a velocity; v and omega within the limits, to which the ramps now lead."""
+    """Set the target of the ramps, and return it: v and omega within the limits."""
     base.target_v = min(max(v, -model.linear), model.linear)
     base.target_omega = min(max(omega, -model.angular), model.angular)
-    base.awake = model.watchdog
+    base.watchdog_steps = model.watchdog
     return base.target_v, base.target_omega
 
 
 @compiled_in_order
 def control(base: Any, model: Any) -> bool:
-    """Run one control step: watchdog and ramps; True where the setpoint changed."""
-    if base.awake <= 0:
+    """Run the watchdog and the ramps for one control step; return True if the setpoint changed."""
+    if base.watchdog_steps <= 0:
         base.target_v = base.target_omega = 0.0
-    base.awake -= 1
-    if base.cut_for > 0 or (base.v == base.target_v and base.omega == base.target_omega):
+    base.watchdog_steps -= 1
+    if base.off_steps > 0 or (base.v == base.target_v and base.omega == base.target_omega):
         return False
-    base.v = ramped(base.v, base.target_v, model.rise, model.fall)
-    base.omega = ramped(base.omega, base.target_omega, model.turn, model.turn)
+    base.v = ramped(base.v, base.target_v, model.acceleration, model.deceleration)
+    base.omega = ramped(base.omega, base.target_omega, model.angular_acceleration, model.angular_acceleration)
     return True
 
 
 @compiled_in_order
 def set_velocity(base: Any, v: float, omega: float) -> bool:
-    """Turn the wheels at this speed from now on, without ramps and watchdog; True where the setpoint changed."""
-    if base.cut_for > 0 or (base.v == v and base.omega == omega):
+    """Set the setpoint without ramps and watchdog; return True if it changed."""
+    if base.off_steps > 0 or (base.v == v and base.omega == omega):
         return False
     base.v, base.omega = v, omega
     return True
@@ -83,7 +88,7 @@ def ramped(speed: float, target: float, rise: float, fall: float) -> float:
 
 @compiled_in_order
 def wheel_speeds(base: Any, model: Any) -> tuple[float, float]:
-    """Speeds of the simulated wheels, rad/s, when the firmware turns the robot's as it believes the setpoint needs."""
+    """Return the speeds of the simulated wheels, rad/s, for the setpoint and the firmware's wheel radii and track."""
     rim = base.omega * model.track / 2.0
     left, right = (base.v - rim) / model.left_radius, (base.v + rim) / model.right_radius
     return model.same * left + model.other * right, model.other * left + model.same * right
@@ -91,9 +96,9 @@ def wheel_speeds(base: Any, model: Any) -> tuple[float, float]:
 
 @compiled_in_order
 def is_stalling(left_speed: float, right_speed: float, left_torque: float, right_torque: float) -> bool:
-    """Tell whether a motor strains at its limit and a wheel stands, while no wheel turns with ease.
+    """Return True if a motor strains at its limit and a wheel stands, while no wheel turns easily.
 
-    A wheel that turns with ease swings the robot around what it has met. Speeds of the rims, m/s; torques, N m.
+    A wheel that turns easily swings the robot around the obstacle. Speeds of the rims, m/s; torques, N m.
     """
     left_stands, right_stands = abs(left_speed) <= STANDING, abs(right_speed) <= STANDING
     left_strains, right_strains = abs(left_torque) > 0.99 * MOTOR_TORQUE, abs(right_torque) > 0.99 * MOTOR_TORQUE
@@ -103,22 +108,24 @@ def is_stalling(left_speed: float, right_speed: float, left_torque: float, right
 
 
 @compiled_in_order
-def watch(base: Any, model: Any, in_vain: bool) -> bool:
-    """Account for one control step in which the motors pushed ``in_vain`` or not.
+def watch(base: Any, model: Any, straining: bool) -> bool:
+    """Count one control step for the stall protection; ``straining`` is the result of ``is_stalling``.
 
-    True where they were cut just now, or have power again; the ramps then begin at rest. They are cut while ``cut_for``
-    is not 0, and ``stalled`` stays until they have worked in order for STALL_TIME.
+    Return True if the motors were switched off or on again; the ramps then start at rest. They are off while
+    ``off_steps`` is not 0, and ``stalled`` stays set until they have worked without straining for STALL_TIME.
     """
-    if base.cut_for > 0:
-        base.cut_for -= 1
-        if base.cut_for > 0:
+    if base.off_steps > 0:
+        base.off_steps -= 1
+        if base.off_steps > 0:
             return False
     else:
-        base.in_vain, base.in_order = (base.in_vain + 1, 0) if in_vain else (0, base.in_order + 1)
-        if base.in_vain < model.patience:
-            if base.in_order >= model.patience:
+        base.straining_steps, base.working_steps = (
+            (base.straining_steps + 1, 0) if straining else (0, base.working_steps + 1)
+        )
+        if base.straining_steps < model.stall_steps:
+            if base.working_steps >= model.stall_steps:
                 base.stalled = 0
             return False
-        base.stalled, base.in_vain, base.cut_for = 1, 0, model.rest
+        base.stalled, base.straining_steps, base.off_steps = 1, 0, model.recovery_steps
     base.v = base.omega = 0.0
     return True

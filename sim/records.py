@@ -10,20 +10,21 @@ from sim.wheels import TRACK, WHEEL_RADIUS
 from slam.scenario.robot_config import RobotConfig
 
 AXLE_LOAD: Final = 67.0
-"""N on both wheels: 9 kg less the 24 % that the caster carries, by the centre of mass of p3dx.urdf."""
+"""Load on both wheels, N: 9 kg less the 24 % that the caster carries, by the centre of mass of p3dx.urdf."""
 BASE: Final = np.dtype(
     [
-        ("v", "f8"), ("omega", "f8"), ("target_v", "f8"), ("target_omega", "f8"),  # the setpoint and where it ramps to
-        ("awake", "i8"),  # control steps until the watchdog stops the robot
+        ("v", "f8"), ("omega", "f8"),  # the setpoint
+        ("target_v", "f8"), ("target_omega", "f8"),  # the target of its ramps
+        ("watchdog_steps", "i8"),  # control steps until the watchdog stops the robot
         ("left", "f8"), ("right", "f8"),  # angles that the simulated wheels have turned
         ("rim_left", "f8"), ("rim_right", "f8"),  # their speeds, m/s over the floor
         ("ticks_left", "i8"), ("ticks_right", "i8"),  # at the last reading
         ("odom_x", "f8"), ("odom_y", "f8"), ("odom_theta", "f8"),  # T_odom_base
-        ("way_left", "f8"), ("way_right", "f8"),  # metres rolled, as the odometry believes, since the last report
-        ("in_vain", "i4"), ("in_order", "i4"), ("cut_for", "i4"), ("stalled", "i4"),  # control steps: firmware.watch
-        # The rest is of the kinematic model alone: PyBullet keeps the truth itself.
+        ("travel_left", "f8"), ("travel_right", "f8"),  # metres rolled by the odometry, since the last report
+        ("straining_steps", "i4"), ("working_steps", "i4"), ("off_steps", "i4"), ("stalled", "i4"),  # firmware.watch
+        # Only the kinematic model uses the rest: PyBullet keeps the true state itself.
         ("x", "f8"), ("y", "f8"), ("theta", "f8"),  # T_map_base
-        ("collided", "i4"), ("pressed", "i4"),  # since the last report; a bit for each segment
+        ("collided", "i4"), ("bumpers", "i4"),  # since the last report; one bit per bumper segment
         ("stream", "u8"),  # of random numbers
     ],
     align=True,
@@ -32,18 +33,19 @@ BASE: Final = np.dtype(
 
 MODEL: Final = np.dtype(
     [
-        ("linear", "f8"), ("angular", "f8"), ("rise", "f8"), ("fall", "f8"), ("turn", "f8"),  # limits; a control step's
-        ("left_radius", "f8"), ("right_radius", "f8"), ("track", "f8"),  # as the firmware believes
-        ("same", "f8"), ("other", "f8"), ("same_back", "f8"), ("other_back", "f8"),  # slip, scrub
-        ("travel_noise", "f8"), ("encoder_noise", "f8"), ("spins", "i4"), ("firmware_units", "i4"),
-        ("watchdog", "i4"), ("patience", "i4"), ("rest", "i4"), ("substeps", "i4"), ("substep", "f8"),
+        ("linear", "f8"), ("angular", "f8"),  # limits of the speed
+        ("acceleration", "f8"), ("deceleration", "f8"), ("angular_acceleration", "f8"),  # per control step
+        ("left_radius", "f8"), ("right_radius", "f8"), ("track", "f8"),  # as set in the firmware
+        ("same", "f8"), ("other", "f8"), ("same_inverse", "f8"), ("other_inverse", "f8"),  # slip, scrub
+        ("travel_noise", "f8"), ("encoder_noise", "f8"), ("wheels_spin", "i4"), ("firmware_units", "i4"),
+        ("watchdog", "i4"), ("stall_steps", "i4"), ("recovery_steps", "i4"), ("substeps", "i4"), ("substep", "f8"),
     ],
     align=True,
 )  # fmt: skip
 """Settings of a scenario's robot; accelerations and times are per control step."""
 
 ROBOT: Final = np.dtype([("base", BASE), ("model", MODEL), ("noise", "f8", 4), ("motors", "f8", 3)], align=True)
-"""All that ``Controller`` works with, in one record: Python passes one faster than four."""
+"""All data of ``Controller`` in one record, which Python passes faster than four."""
 
 
 def model_of(config: RobotConfig, physics_rate: int) -> NDArray[Any]:

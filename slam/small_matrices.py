@@ -5,7 +5,7 @@ import numpy as np
 from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 
-_SWEEPS = 6  # of rotations: after three or four of them what is off the diagonal of a (3, 3) has vanished
+_SWEEPS = 6  # largest number of sweeps; three or four make the off-diagonal of a (3, 3) zero
 
 
 @compiled
@@ -122,7 +122,7 @@ def principal_axes(A: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 @compiled_on_views
 def _turn(columns: FloatArray, p: int, q: int, c: float, s: float) -> None:
-    """Turn two columns of three into each other."""
+    """Rotate two of three columns in their plane."""
     for k in range(3):
         x, y = columns[k, p], columns[k, q]
         columns[k, p], columns[k, q] = c * x - s * y, s * x + c * y

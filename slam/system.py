@@ -12,7 +12,7 @@ ENDING_SIGNALS: Final = tuple(
 )
 """Signals of Ctrl-C, ``kill``, a closed terminal and Ctrl-Backslash; Windows has SIGBREAK for the last two."""
 _SYNCHRONIZE: Final = 0x00100000
-"""The right to wait for the end of a process (Windows)."""
+"""Access right to wait for the end of a process (Windows)."""
 
 
 def usable_cores() -> int:
@@ -32,7 +32,7 @@ def leave_terminal() -> None:
 
 
 def is_running(process: int) -> bool:
-    """Return True if a process of this machine runs, and if this user may not know."""
+    """Return True if a process of this machine runs, or if this user may not ask."""
     try:
         if sys.platform == "win32":
             import _winapi  # os.kill would send Ctrl-C there

@@ -322,9 +322,9 @@ def test_corrected_stamps_always_increase(count: int) -> None:
     random = np.random.default_rng(count)
     for _ in range(20):
         stamps = random.integers(0, 2 * count, count).astype(float)
-        mended = increasing(stamps)
-        assert (np.diff(mended.stamps) > 0.0).all()
-        assert len(mended.stamps) == count
+        corrected = increasing(stamps)
+        assert (np.diff(corrected.stamps) > 0.0).all()
+        assert len(corrected.stamps) == count
 
 
 # Odometry

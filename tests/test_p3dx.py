@@ -193,7 +193,9 @@ def test_a_firmware_that_knows_the_effective_track_turns_right() -> None:
 def test_slip_and_scrub_back_are_the_inverse(slip: float, effective_track: float, left: float, right: float) -> None:
     (model,) = model_of(RobotConfig(traction=Traction(slip=slip, effective_track=effective_track)), RATE)
     there = np.array([[model["same"], model["other"]], [model["other"], model["same"]]])
-    back = np.array([[model["same_back"], -model["other_back"]], [-model["other_back"], model["same_back"]]])
+    back = np.array(
+        [[model["same_inverse"], -model["other_inverse"]], [-model["other_inverse"], model["same_inverse"]]]
+    )
     assert back @ there @ [left, right] == pytest.approx([left, right], abs=1e-9)
 
 

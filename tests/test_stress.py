@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from slam.bench.stress.odometry_steps import chained, mended, steps
+from slam.bench.stress.odometry_steps import chained, steps, with_signs
 from slam.bench.stress.variants import VARIATIONS, made_harder, with_chance
 from slam.cli.main import app
 from slam.errors import InputError
@@ -91,7 +91,7 @@ def test_missing_minus_signs_are_restored() -> None:
     recorded = true.copy()
     recorded[20:30, :2] *= -1.0
     reference = Trajectory(0.5 * np.arange(60), chained(np.zeros(3), true))
-    found = steps(mended(reference.stamps, chained(np.zeros(3), recorded), reference))
+    found = steps(with_signs(reference.stamps, chained(np.zeros(3), recorded), reference))
     inside = np.r_[0:18, 22:28, 32:59]  # at the ends of the stretch the three steps of the reference are mixed
     assert np.allclose(found[inside], true[inside])
 

@@ -22,7 +22,7 @@ if sys.platform != "linux":
 
 @dataclass(frozen=True, slots=True)
 class FaultResult:
-    """Outcome of a fault; seconds are None for never."""
+    """Outcome of a fault; seconds are None if the event never happened."""
 
     name: str
     to_stand: float | None
@@ -41,15 +41,15 @@ FAULTS: Final[dict[str, tuple[str, str]]] = {
     "emergency stop, released": ("robot", "e-stop"),
     "motors switched off, on": ("robot", "motors-off"),
 }
-"""Faults during which commands still reach the robot, or somebody touches it: device and kind by name."""
+"""Faults during which commands reach the robot, or a person operates it: device and kind by name."""
 CUT_OFF: Final[dict[str, tuple[str, str]]] = {
     "robot unplugged, plugged in": ("robot", "unplug"),
     "robot stalls for 3 s": ("robot", "stall"),
 }
 """Faults during which nothing reaches the robot."""
-_LASTS: Final = 3.0
+_DURATION: Final = 3.0
 """Seconds from a fault to its end."""
-_PATIENCE: Final = 30.0
+_TIME_LIMIT: Final = 30.0
 """Seconds within which a program starts to drive, or its robot comes to rest."""
 
 
@@ -66,8 +66,8 @@ def _fault_result(emulated: EmulatedRobot, name: str, begin: Action, end: Action
     emulator, motors = emulated.emulator, emulated.emulator.p3dx.motors
     emulated.drive_until(lambda: emulator.p3dx.motors.setpoint.linear > 0.9 * FORWARD.linear)
     emulator.do(lambda: begin(emulator))
-    cured_at = time.monotonic() + _LASTS
-    to_stand = emulated.drive_until(lambda: emulated.standing, _LASTS)
+    cured_at = time.monotonic() + _DURATION
+    to_stand = emulated.drive_until(lambda: emulated.standing, _DURATION)
     stopped_by = _stopper(motors)
     while time.monotonic() < cured_at:
         emulated.step()
@@ -88,15 +88,15 @@ def kill_result(watchdog: float, settings: Sequence[str] = ()) -> FaultResult:
 
 
 def _killed(emulator: Emulator, scenario: Scenario, program: int) -> FaultResult:
-    seconds_until(lambda: emulator.p3dx.motors.setpoint.linear > 0.9 * FORWARD.linear, _PATIENCE)
+    seconds_until(lambda: emulator.p3dx.motors.setpoint.linear > 0.9 * FORWARD.linear, _TIME_LIMIT)
     os.kill(program, signal.SIGKILL)
     os.waitpid(program, 0)
-    to_stand = seconds_until(lambda: not emulator.p3dx.motors.moving, _PATIENCE)
+    to_stand = seconds_until(lambda: not emulator.p3dx.motors.moving, _TIME_LIMIT)
     stopped_by = _stopper(emulator.p3dx.motors)
     with HardwareRobot(scenario, yes=True) as robot:
         emulated = EmulatedRobot(emulator, robot)
         to_drive = emulated.drive_until(lambda: not emulated.standing)
-    return FaultResult("kill -9, started again", to_stand, stopped_by, "(nobody is left to name one)", to_drive)
+    return FaultResult("kill -9, started again", to_stand, stopped_by, "(the program was killed)", to_drive)
 
 
 def _drive_for_ever(scenario: Scenario) -> None:

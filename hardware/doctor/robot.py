@@ -58,7 +58,7 @@ def _robot_faults(identity: Identity, config: ArcosConfig | None, report: Sip | 
     if units_of(identity.subclass) is None:
         yield f"the units of a robot of subclass {identity.subclass!r} are not known here, but {', '.join(UNITS)}"
     elif report is None:
-        yield "the robot reports nothing that makes sense; look at its cable, and switch it off and on"
+        yield "the robot sends nothing that can be decoded; check its cable, and switch it off and on"
     if config is None:
         yield "the robot does not report its settings (no CONFIG), so its watchdog is unknown; switch it off and on"
     elif not 0.0 < config.watchdog <= _LONGEST_WATCHDOG:

@@ -47,19 +47,19 @@ def examine_scip_lidar(port: str, baud: int, wire: WireSession | None) -> Findin
 def _try_laser(line: ScipLine, parameters: SensorParameters) -> tuple[list[str], LaserScan | None]:
     """Ask for the state, switch the laser on and take a scan.
 
-    Return what the lidar said if it refused, and the scan.
+    Return the faults that the lidar reported, and the scan; None without one.
     """
     faults: list[str] = []
     with suppress(RobotError, DecodeError):  # not every sensor has II
         condition = SensorState.decode(line.ask_until_answered("II")).condition
         if not condition.startswith(_WORKS):
-            faults.append(f'the lidar says of itself: "{condition}"; switch it off and on, and see its manual')
+            faults.append(f'the lidar reports "{condition}"; switch it off and on, and see its manual')
     try:
         switch_laser_on(line)
         data = _latest(line, parameters)
     except RobotError as refusal:
         said = str(refusal).removeprefix(f"{line.port.url}: ")
-        return [*faults, f"{said}; switch it off and on; if it says that again, it needs repair"], None
+        return [*faults, f"{said}; switch it off and on; if the message comes again, it needs repair"], None
     lidar = parameters.lidar
     fan = (lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max)
     return faults, LaserScan(0.0, *fan, data.ranges)
@@ -74,9 +74,9 @@ def _latest(line: ScipLine, parameters: SensorParameters) -> ScanData:
             if reply is not None and is_ok(reply.status):
                 return decode_scan(reply)
             if reply is not None and reply.status.isdigit():
-                line.ask_until_answered(single.encode())  # raises what the sensor said
+                line.ask_until_answered(single.encode())  # raises the error of the sensor
             return decode_scan(_streamed(line, parameters))
-    raise RobotError(f"{line.port.url}: the lidar's scans come damaged; look at its cable")
+    raise RobotError(f"{line.port.url}: scans of the lidar arrive damaged; check its cable")
 
 
 def _streamed(line: ScipLine, parameters: SensorParameters) -> Reply:

@@ -8,7 +8,7 @@ from typing import Final, Protocol
 
 from slam.errors import InputError
 
-_AT_ONCE: Final = 4096
+_CHUNK: Final = 4096
 
 
 class Port(Protocol):
@@ -86,7 +86,7 @@ class TcpPort:
                 self._hang_up()
                 self._client = newcomer
         try:
-            data = self._client.recv(_AT_ONCE) if self._client else b""
+            data = self._client.recv(_CHUNK) if self._client else b""
         except BlockingIOError:
             return b""
         except OSError:

@@ -36,7 +36,7 @@ class PtyPort:
         return str(self._link) if self._link else os.ttyname(self._slave)
 
     def open(self) -> None:
-        """Make a new terminal; its own end stays open, so that the other one outlives every client."""
+        """Make a new terminal; it stays open when a client closes it."""
         self._master, self._slave = pty.openpty()
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)

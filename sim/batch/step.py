@@ -83,7 +83,7 @@ def _observe(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen,
     w, base = robots.world[i], robots.base[i]
     model = worlds.models[w]
     seen.applied[i, 0], seen.applied[i, 1] = base.target_v, base.target_omega
-    base.collided = base.pressed = 0
+    base.collided = base.bumpers = 0
     _pass(i, timing.controls_before, worlds, robots, scratch)
     twist = take_mean_twist(base, model, timing.controls_before * timing.period)
     seen.pose[i, 0], seen.pose[i, 1], seen.pose[i, 2] = base.x, base.y, base.theta

@@ -101,7 +101,7 @@ def speed_of(scenario: Scenario) -> Speed:
     with recording(tape), SimRobot(scenario, 0) as noted:
         parts = [_calls_of(tape, partial(noted.restart, 0))]
         parts += [_calls_of(tape, partial(one_scan, noted, k)) for k in range(SCANS)]
-    with SimRobot(scenario, 0) as robot:  # on the server that ``noted`` left, whose numbers are on the tape
+    with SimRobot(scenario, 0) as robot:  # reuses the physics server of ``noted``: the recorded calls name it
         for turn in range(ROUNDS):
             robot.restart(0)
             whole[turn] = [cpu_seconds(partial(one_scan, robot, k)) for k in range(SCANS)]

@@ -28,7 +28,7 @@ def put_down(base: Any, x: float, y: float, theta: float, stream: np.uint64) -> 
     """Place the robot at a pose, as if just switched on."""
     switch_on(base)
     base.x, base.y, base.theta, base.stream = x, y, theta, stream
-    base.collided = base.pressed = 0
+    base.collided = base.bumpers = 0
 
 
 @compiled_on_views
@@ -39,13 +39,13 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
     wheels are at rest, or spin if the floor is too slippery to stall them.
     """
     left, right = wheel_speeds(base, model)
-    way_left, way_right = _roll(base, model, WHEEL_RADIUS * left, WHEEL_RADIUS * right)
-    moved = _drive(base, model, way_left, way_right, obstacles, world, legs, radii)
-    turned = 1.0 if model.spins else moved
+    rolled_left, rolled_right = _roll(base, model, WHEEL_RADIUS * left, WHEEL_RADIUS * right)
+    moved = _drive(base, model, rolled_left, rolled_right, obstacles, world, legs, radii)
+    turned = 1.0 if model.wheels_spin else moved
     base.rim_left *= turned
     base.rim_right *= turned
-    base.left += turned * way_left / WHEEL_RADIUS
-    base.right += turned * way_right / WHEEL_RADIUS
+    base.left += turned * rolled_left / WHEEL_RADIUS
+    base.right += turned * rolled_right / WHEEL_RADIUS
     stands = abs(base.rim_left) <= STANDING and abs(base.rim_right) <= STANDING
     watch(base, model, moved < 1.0 and stands)
     reckon(base, model, _noise(base, model))
@@ -54,17 +54,17 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
 @compiled_on_views
 def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, float]:
     """Let the motors approach these rim speeds over the physics steps; return the metres that the rims roll."""
-    force = (MOTOR_TORQUE if base.cut_for == 0 else DRAG_TORQUE) / WHEEL_RADIUS
+    force = (MOTOR_TORQUE if base.off_steps == 0 else DRAG_TORQUE) / WHEEL_RADIUS
     stands = base.v == 0.0 and base.omega == 0.0  # where PyBullet's robot creeps by 1 um/s, this one does not
     compliance = 0.0 if stands else solver_compliance(base.theta, model.substep)
-    way_left = way_right = 0.0
+    rolled_left = rolled_right = 0.0
     for _ in range(model.substeps):
         base.rim_left, base.rim_right = rims_after(
             base.rim_left, base.rim_right, left, right, model.substep, force, compliance
         )
-        way_left += base.rim_left * model.substep
-        way_right += base.rim_right * model.substep
-    return way_left, way_right
+        rolled_left += base.rim_left * model.substep
+        rolled_right += base.rim_right * model.substep
+    return rolled_left, rolled_right
 
 
 @compiled_on_views
@@ -100,7 +100,7 @@ def _drive(
         base.collided = 1
         segment = bumper_segment(found.x, found.y)
         if segment >= 0:
-            base.pressed |= 1 << segment
+            base.bumpers |= 1 << segment
     return share
 
 

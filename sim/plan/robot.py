@@ -86,8 +86,8 @@ class PlanRobot(RobotInWorld):
         return Pose2D(*self._base[["x", "y", "theta"]].item())
 
     def read_bumpers(self) -> tuple[bool, tuple[bool, ...]]:
-        collided, pressed = bool(self._base["collided"]), int(self._base["pressed"])
-        self._base["collided"] = self._base["pressed"] = 0
+        collided, pressed = bool(self._base["collided"]), int(self._base["bumpers"])
+        self._base["collided"] = self._base["bumpers"] = 0
         return collided, segments_of(pressed)
 
     @property

@@ -44,7 +44,7 @@ class BlockPlan:
     """(NX, NY, 2): positions of the crossings."""
 
     def neighbours(self, node: Node) -> list[Node]:
-        """Return the crossings that a corridor connects to this one without another between."""
+        """Return the next crossing along each corridor from this one."""
         i, k = node
         around = [(i - 1, k), (i + 1, k), (i, k - 1), (i, k + 1)]
         columns, rows, _ = self.crossings.shape
@@ -65,7 +65,7 @@ def make_block_plan(random: np.random.Generator) -> BlockPlan:
 def walk(plan: BlockPlan, length: float, random: np.random.Generator) -> FloatArray:
     """Walk at least ``length`` metres from crossing to crossing, (N, 2), by the least used corridors.
 
-    It never turns straight back.
+    The walk makes no U-turn.
     """
     path: list[Node] = [(0, 0)]
     walked: Counter[frozenset[Node]] = Counter()

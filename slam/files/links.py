@@ -43,5 +43,5 @@ def lend_file(file: Path, place: Path) -> None:
 
 
 def is_lent(place: Path) -> bool:
-    """Return True for a file that was lent to this place, not written there."""
+    """Return True for a file placed here by ``lend_file``."""
     return place.is_symlink() or place.stat().st_nlink > 1

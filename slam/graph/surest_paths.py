@@ -62,7 +62,7 @@ def _surest(source: int, poses: FloatArray, begins: IntArray, end: IntArray, hop
 
 @compiled_on_views
 def _surest_unknown(cost: FloatArray, known: NDArray[np.bool_]) -> int:
-    """The node of the least cost of those that are not known, -1 where no path leads to any."""
+    """Return the unknown node of least cost, -1 if no path leads to one."""
     least, node = np.inf, -1
     for n in range(len(cost)):
         if not known[n] and cost[n] < least:

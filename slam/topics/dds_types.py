@@ -63,11 +63,11 @@ def _field(kind: Any) -> Any:
 def without_description(topic: Any) -> Iterator[None]:
     """Let other programs match readers and writers made in the block by the name of the type alone.
 
-    Told its description too, Fast DDS 3 takes two topics for ones of different types unless both descriptions are the
-    same, bit by bit, and those of Cyclone DDS and Fast DDS are not where there is a sequence or an array: one of them
-    sets TRY_CONSTRUCT1 for elements (DDS-XTypes 1.3, section 7.3.4), and the other does not. Cyclone DDS has no setting
-    for it, so that the type gets a table of functions of its own, without those that describe it. It has its usual
-    one again afterwards: with that its description was noted, and with that it has to be forgotten.
+    Fast DDS 3 matches two topics with descriptions of their types only if the descriptions are equal bit by bit. Those
+    of Cyclone DDS and Fast DDS differ for sequences and arrays: only one of them sets TRY_CONSTRUCT1 for elements
+    (DDS-XTypes 1.3, section 7.3.4). Cyclone DDS has no setting for this, so the type gets a copy of its table of
+    functions without those that describe it. The usual table is restored after the block: Cyclone DDS registered the
+    description with it, and needs it to remove the description.
     """
     library = import_optional("cyclonedds.internal", EXTRA).DDS._dll_handle
     sertype = ctypes.POINTER(_OperationsPointer)()

@@ -68,6 +68,6 @@ def _row(case: StressCase, runs: Sequence[StressErrors]) -> tuple[str, ...]:
     errors = np.array(runs)
     pairs = np.column_stack([np.median(errors, axis=0), errors.max(axis=0)]).ravel()
     return (
-        case.log.name.split(".")[0] + (", mended" if case.mended else ""), case.variant or "as it is",
+        case.log.name.split(".")[0] + (", mended" if case.restored else ""), case.variant or "as it is",
         *(f"{value:.3f}" for value in pairs), f"{(errors[:, 2] < BELOW).sum()} of {len(runs)}",
     )  # fmt: skip

@@ -18,7 +18,7 @@ def steps(poses: FloatArray) -> FloatArray:
 
 
 def chained(start: FloatArray, moved: FloatArray) -> FloatArray:
-    """Return the poses (N, 3) that these steps (N - 1, 3) make from ``start`` (3,)."""
+    """Return the poses (N, 3) after these steps (N - 1, 3) from ``start`` (3,)."""
     motions = (Pose2D.from_array(step) for step in moved)
     return stack_poses(accumulate(motions, Pose2D.__matmul__, initial=Pose2D.from_array(start)))
 
@@ -28,8 +28,8 @@ def size_of_steps(moved: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(moved[:, 0], moved[:, 1]) + np.abs(moved[:, 2]))
 
 
-def mended(stamps: FloatArray, odometry: FloatArray, reference: Trajectory) -> FloatArray:
-    """Return the odometry (N, 3) with the steps reversed in which it drives forwards and the reference backwards.
+def with_signs(stamps: FloatArray, odometry: FloatArray, reference: Trajectory) -> FloatArray:
+    """Return the odometry (N, 3), with steps reversed if they go forwards and the reference goes backwards.
 
     The wheel encoders of some robots lose the sign of a backward motion. The reference is taken over three steps, as it
     is not smooth.

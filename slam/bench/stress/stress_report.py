@@ -79,7 +79,7 @@ def _table(found: Mapping[StressCase, Sequence[StressRun]]) -> ResultTable:
 def _row(case: StressCase, runs: Sequence[StressRun]) -> tuple[str, ...]:
     errors = np.array([run.error for run in runs])
     return (
-        case.log.name.split(".")[0] + (", mended" if case.mended else ""), case.variant or "as it is",
+        case.log.name.split(".")[0] + (", mended" if case.restored else ""), case.variant or "as it is",
         f"{np.median(errors):.3f}", f"{errors.max():.3f}", f"{(errors < BELOW).sum()} of {len(runs)}",
         f"{np.median([run.odometry_error for run in runs]):.3f}", str(runs[0].scans),
         *(f"{np.median([getattr(run, name) for run in runs]):.0f}" for name in ("lost", "odometry_only")),

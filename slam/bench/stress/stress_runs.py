@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.bench.log_runs import run_on
-from slam.bench.stress.odometry_steps import mended
+from slam.bench.stress.odometry_steps import with_signs
 from slam.bench.stress.variants import made_harder, with_chance
 from slam.config import SlamConfig
 from slam.files.logs import Log, read_log
@@ -26,7 +26,7 @@ class StressCase(NamedTuple):
     """A log and the variant that makes it harder."""
 
     log: Path
-    mended: bool
+    restored: bool
     """True to restore the odometry's lost signs first, by the reference."""
     variant: str
 
@@ -61,16 +61,16 @@ def reference_of(log: Path, kind: str = "gt.tum") -> Path:
 
 def log_of_case(case: StressCase) -> Log:
     """Read the log of a case, with its lost signs restored if the case asks for that."""
-    return _log(case.log, case.mended)
+    return _log(case.log, case.restored)
 
 
 @lru_cache(maxsize=2)
-def _log(path: Path, mend: bool) -> Log:
+def _log(path: Path, restored: bool) -> Log:
     log = read_log(path)
-    if not mend:
+    if not restored:
         return log
     reference = Trajectory(*read_tum(reference_of(path)))
-    return replace(log, T_odom_base=mended(log.stamps, log.T_odom_base, reference))
+    return replace(log, T_odom_base=with_signs(log.stamps, log.T_odom_base, reference))
 
 
 def trajectory_error(trajectory: Trajectory, wheels: Trajectory, log: Path) -> float:

@@ -22,7 +22,7 @@ class Tally:
         """Format count, kind, detail and interval, such as '1 impossible value: range_max nan, line 3'."""
         return f"{self.count} {self._closely(kind)}, {self._place(unit)}"
 
-    def mended(self, kind: str, unit: str) -> str:
+    def corrected(self, kind: str, unit: str) -> str:
         """Format a kind in the plural, such as 'stamps that do not increase (2: lines 3 to 9)'."""
         return f"{self._closely(kind)} ({self.count}: {self._place(unit)})"
 
@@ -47,7 +47,7 @@ class ReadStatistics:
     lost: int = 0
     """Number of skipped scans."""
     _skips: dict[str, Tally] = field(default_factory=dict)
-    _mended: dict[str, Tally] = field(default_factory=dict)
+    _corrected: dict[str, Tally] = field(default_factory=dict)
 
     @property
     def skipped(self) -> Counter[str]:
@@ -68,12 +68,12 @@ class ReadStatistics:
 
     def mend(self, kind: str, place: int, detail: str = "") -> None:
         """Count a line that is used although something was wrong with it; ``kind`` says what, in the plural."""
-        _count(self._mended, kind, place, detail)
+        _count(self._corrected, kind, place, detail)
 
     def report(self, scans: int) -> str:
         """Format one line, such as '4791 scans, 3 lines skipped (2 truncated, lines 17 to 40)'."""
-        mended = [tally.mended(kind, self.unit) for kind, tally in self._mended.items()]
-        return "; ".join([", ".join([_number(scans, "scan"), *self._skipped()]), *mended, *self.notes])
+        corrected = [tally.corrected(kind, self.unit) for kind, tally in self._corrected.items()]
+        return "; ".join([", ".join([_number(scans, "scan"), *self._skipped()]), *corrected, *self.notes])
 
     def no_scans(self, expected: str) -> LogError:
         """Make the error of a log without a scan."""

@@ -105,20 +105,20 @@ def scan_times(
         for place in places:
             statistics.mend("stamps that are zero or equal, taken in the order of the file as 10 scans a second", place)
         return stamps[0] + _INTERVAL * np.arange(len(stamps)), Clock(True, 0.0)
-    return _mended_times(stamps, received, places, statistics)
+    return _corrected_times(stamps, received, places, statistics)
 
 
-def _mended_times(
+def _corrected_times(
     stamps: FloatArray, received: FloatArray | None, places: Sequence[int], statistics: ReadStatistics
 ) -> tuple[FloatArray, Clock]:
-    mended = increasing(stamps)
-    clock = _clock(stamps, received, trusted=not (mended.garbled or mended.steps))
-    for index in mended.garbled:
+    corrected = increasing(stamps)
+    clock = _clock(stamps, received, trusted=not (corrected.garbled or corrected.steps))
+    for index in corrected.garbled:
         statistics.mend("stamps that do not increase, set between their neighbours", places[index])
-    for step in mended.steps:
+    for step in corrected.steps:
         statistics.mend("clock that was set back, corrected", places[step.after], f"{step.seconds:.3f} s")
     if clock.trusted or received is None:
-        return mended.stamps, clock
+        return corrected.stamps, clock
     return increasing(clock.times(stamps, received)[0]).stamps, clock
 
 

@@ -1,4 +1,4 @@
-"""A disk of which one call fails: a tool of tests."""
+"""A disk of which one call fails, for tests."""
 
 import os
 from io import FileIO

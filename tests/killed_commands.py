@@ -1,4 +1,4 @@
-"""Commands that are killed in a process of their own, and what is seen of them from outside: a tool of tests."""
+"""Commands killed in their own process, and what is seen of them from outside, for tests."""
 
 import os
 import signal

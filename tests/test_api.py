@@ -1,4 +1,4 @@
-"""The API: it says what the method says, survives what is wrong, and goes on in what it saved."""
+"""The API gives the results of the method, refuses bad input, and continues saved maps."""
 
 import subprocess
 import sys
@@ -44,7 +44,7 @@ def finished(drive: list[tuple[Pose2D, LaserScan]]) -> hopslam.Map:
     return slam.finish()
 
 
-def test_the_api_says_what_the_method_says(drive: list[tuple[Pose2D, LaserScan]]) -> None:
+def test_the_api_gives_the_result_of_the_method(drive: list[tuple[Pose2D, LaserScan]]) -> None:
     method = LineSlam(SlamConfig(), Pose2D(*MOUNT), drive[0][0])
     slam = hopslam.Slam(T_base_laser=MOUNT, start=drive[0][0], range_min=0.05, range_max=8.0)
     for pose, scan in drive[:30]:
@@ -58,7 +58,7 @@ def test_the_api_says_what_the_method_says(drive: list[tuple[Pose2D, LaserScan]]
 
 
 @pytest.mark.parametrize("every", [1, 3])
-def test_scans_alone_tell_the_way(drive: list[tuple[Pose2D, LaserScan]], every: int) -> None:
+def test_scans_alone_give_the_motion(drive: list[tuple[Pose2D, LaserScan]], every: int) -> None:
     slam = hopslam.Slam(T_base_laser=MOUNT, start=drive[0][0])
     for pose, scan in drive[::every]:
         estimate = slam.update(scan.ranges, scan.bearings)
@@ -67,7 +67,7 @@ def test_scans_alone_tell_the_way(drive: list[tuple[Pose2D, LaserScan]], every: 
         assert not estimate.lost
 
 
-def test_scans_far_apart_tell_the_way_by_their_stamps(scan_of: Scanner, room: FloatArray) -> None:
+def test_scans_far_apart_use_their_stamps(scan_of: Scanner, room: FloatArray) -> None:
     """Two metres and a radian from one scan to the next, 2.5 s later: half a metre a second, as robots drive."""
     turns = 0.85 * np.arange(14)
     poses = [
@@ -101,7 +101,7 @@ def test_the_finished_map_is_the_room(finished: hopslam.Map, drive: list[tuple[P
     assert ((np.abs(ends - [1.5, 0.5]) - [4.5, 2.5]).max(axis=1) < 0.05).all()  # of 9 m by 5 m around (1.5, 0.5)
 
 
-def test_what_is_finished_takes_no_scan(drive: list[tuple[Pose2D, LaserScan]]) -> None:
+def test_a_finished_slam_refuses_scans(drive: list[tuple[Pose2D, LaserScan]]) -> None:
     slam, scan = hopslam.Slam(), drive[0][1]
     with pytest.raises(hopslam.InputError, match="before the first scan"):
         slam.finish()
@@ -111,7 +111,7 @@ def test_what_is_finished_takes_no_scan(drive: list[tuple[Pose2D, LaserScan]]) -
         slam.update(scan.ranges, scan.bearings)
 
 
-def test_closing_that_fails_leaves_the_map_that_is_known(
+def test_a_failed_closing_keeps_the_current_map(
     drive: list[tuple[Pose2D, LaserScan]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     slam = hopslam.Slam()
@@ -133,7 +133,7 @@ def test_closing_that_fails_leaves_the_map_that_is_known(
         assert np.array_equal(slam.finish().trajectory, known.trajectory)
 
 
-def test_a_map_stays_as_it_was_when_it_was_asked_for(drive: list[tuple[Pose2D, LaserScan]], tmp_path: Path) -> None:
+def test_a_map_is_a_snapshot(drive: list[tuple[Pose2D, LaserScan]], tmp_path: Path) -> None:
     slam = hopslam.Slam()
     for _, scan in drive[:5]:
         slam.update(scan.ranges, scan.bearings)
@@ -146,7 +146,7 @@ def test_a_map_stays_as_it_was_when_it_was_asked_for(drive: list[tuple[Pose2D, L
     assert len(early.trajectory) == 5
 
 
-def test_a_saved_map_comes_back_and_goes_on(
+def test_a_saved_map_is_loaded_and_continued(
     finished: hopslam.Map, drive: list[tuple[Pose2D, LaserScan]], tmp_path: Path
 ) -> None:
     assert finished.save(tmp_path / "room") == tmp_path / "room/map.json"
@@ -166,7 +166,7 @@ def test_a_saved_map_comes_back_and_goes_on(
     ("settings", "message"),
     [("slam.mode=paper", r"needs slam\.mode=hopslam"), ("slam.map.cell=0.1", r"slam\.map\.cell=0\.2")],
 )
-def test_settings_that_do_not_fit_the_map_are_named(
+def test_settings_that_contradict_the_map_are_named(
     finished: hopslam.Map, settings: str, message: str, tmp_path: Path
 ) -> None:
     finished.save(tmp_path)
@@ -198,7 +198,7 @@ def test_loops_are_closed_as_a_replay_closes_them(lap_log: Path, lap_run: Path, 
     assert np.array_equal(known[0].graph.nodes, known[1].graph.nodes)
 
 
-def test_a_robot_finds_its_place_in_a_map(finished: hopslam.Map, drive: list[tuple[Pose2D, LaserScan]]) -> None:
+def test_a_robot_localizes_itself_in_a_map(finished: hopslam.Map, drive: list[tuple[Pose2D, LaserScan]]) -> None:
     lost = hopslam.Localizer(finished, T_base_laser=MOUNT)
     known = hopslam.Localizer(finished, T_base_laser=MOUNT, start=drive[10][0])
     assert known.sure
@@ -213,7 +213,7 @@ def test_a_robot_finds_its_place_in_a_map(finished: hopslam.Map, drive: list[tup
     assert max(distances_off) < 0.03
 
 
-def test_paper_mode_maps_and_says_what_it_does_not_keep(drive: list[tuple[Pose2D, LaserScan]], tmp_path: Path) -> None:
+def test_paper_mode_maps_but_cannot_be_saved(drive: list[tuple[Pose2D, LaserScan]], tmp_path: Path) -> None:
     slam = hopslam.Slam("slam.mode=paper", range_max=8.0)
     for pose, scan in drive[:3]:
         assert slam.update(scan.ranges, scan.bearings, pose).covariance is None
@@ -223,7 +223,7 @@ def test_paper_mode_maps_and_says_what_it_does_not_keep(drive: list[tuple[Pose2D
 
 
 @pytest.mark.parametrize("order", [1, -1], ids=["counter-clockwise", "clockwise"])
-def test_a_scan_is_deskewed_whichever_way_it_turns(room: FloatArray, order: int) -> None:
+def test_a_scan_is_deskewed_in_both_directions_of_rotation(room: FloatArray, order: int) -> None:
     """Beams are taken one after another while the robot turns on the spot, but for the first scan, at rest."""
     between, bearings, turn = 0.05 / 400, np.linspace(-2.0, 2.0, 401)[::order], 1.0
     slam = hopslam.Slam(time_increment=between)
@@ -245,7 +245,7 @@ def distances(room: FloatArray, place: tuple[float, float], headings: FloatArray
     return np.where((r > 0) & (t >= 0) & (t <= 1), r, np.inf).min(axis=1)
 
 
-def test_everything_shows_itself_as_a_picture(finished: hopslam.Map, drive: list[tuple[Pose2D, LaserScan]]) -> None:
+def test_every_object_has_a_picture(finished: hopslam.Map, drive: list[tuple[Pose2D, LaserScan]]) -> None:
     scan = hopslam.Scan(drive[0][1].ranges, drive[0][1].bearings)
     slam = hopslam.Slam()
     assert slam._repr_png_() is None

@@ -1,4 +1,4 @@
-"""The boundary of the API: what is wrong is named with argument, value, place and cure; what is right is understood."""
+"""Arguments of the API: errors name argument, value, place and fix; unusual but valid forms are accepted."""
 
 import re
 from collections.abc import Callable
@@ -48,7 +48,7 @@ FAULTS: dict[str, tuple[Any, Any, str]] = {
 
 
 @pytest.mark.parametrize(("ranges", "angles", "message"), FAULTS.values(), ids=FAULTS)
-def test_a_wrong_scan_is_named_with_its_cure(ranges: Any, angles: Any, message: str) -> None:
+def test_a_wrong_scan_is_named_with_a_fix(ranges: Any, angles: Any, message: str) -> None:
     slam = hopslam.Slam()
     with pytest.raises(hopslam.InputError, match=message) as raised:
         slam.update(ranges, angles)
@@ -68,7 +68,7 @@ def test_a_wrong_scan_is_named_with_its_cure(ranges: Any, angles: Any, message: 
         (None, r"odometry is missing.*every scan or with none"),
     ],
 )
-def test_a_wrong_odometry_is_named_with_its_cure(odometry: Any, message: str) -> None:
+def test_a_wrong_odometry_is_named_with_a_fix(odometry: Any, message: str) -> None:
     slam = hopslam.Slam()
     slam.update(RANGES, ANGLES, (0.0, 0.0, 0.0))
     with pytest.raises(hopslam.InputError, match=r"^scan 1: .*" + message):
@@ -85,7 +85,7 @@ def test_a_wrong_odometry_is_named_with_its_cure(odometry: Any, message: str) ->
         (1.7e18, "nanoseconds; give seconds"),
     ],
 )
-def test_a_wrong_stamp_is_named_with_its_cure(stamp: Any, message: str) -> None:
+def test_a_wrong_stamp_is_named_with_a_fix(stamp: Any, message: str) -> None:
     slam = hopslam.Slam()
     slam.update(RANGES, ANGLES, stamp=5.0)
     with pytest.raises(hopslam.InputError, match=r"^scan 1: stamp is .*" + message):
@@ -118,7 +118,7 @@ ODD: tuple[Any, ...] = (
 
 
 @pytest.mark.parametrize("odd", ODD, ids=lambda odd: type(odd).__name__)
-def test_anything_odd_is_an_input_error_of_one_line(odd: Any) -> None:
+def test_odd_values_are_input_errors_of_one_line(odd: Any) -> None:
     calls: list[Callable[[], Any]] = [
         lambda: hopslam.Slam().update(odd, ANGLES),
         lambda: hopslam.Slam().update(RANGES, odd),
@@ -137,7 +137,7 @@ def test_anything_odd_is_an_input_error_of_one_line(odd: Any) -> None:
 @given(st.integers(0, 2**31))
 @settings(max_examples=25)
 @pytest.mark.filterwarnings("ignore:scan .*none of its")
-def test_no_scan_however_strange_ends_the_program(seed: int) -> None:
+def test_no_scan_crashes_the_program(seed: int) -> None:
     random = np.random.default_rng(seed)
     slam, count = hopslam.Slam(), int(random.choice([3, 10, 60]))
     for k in range(4):
@@ -168,7 +168,7 @@ def test_clockwise_and_wrapped_angles_turn_counter_clockwise() -> None:
     assert (np.diff(clockwise.angles) > 0.0).all()
 
 
-def test_rep_117_is_understood() -> None:
+def test_ranges_of_rep_117_are_understood() -> None:
     ranges = with_item(RANGES, 0, np.inf)
     ranges[1:6] = [np.nan, -np.inf, 0.0, 31.0, 2]
     scan = hopslam.Scan(ranges, ANGLES, range_max=30.0)
@@ -176,7 +176,7 @@ def test_rep_117_is_understood() -> None:
 
 
 @pytest.mark.parametrize("nothing", [np.nan, np.inf, 0.0])
-def test_scans_without_a_distance_are_taken_with_a_warning(nothing: float) -> None:
+def test_scans_without_a_distance_give_a_warning(nothing: float) -> None:
     slam = hopslam.Slam()
     with pytest.warns(UserWarning, match=r"scan 0: none of its 101 ranges.*sees walls"):
         slam.update(np.full(101, nothing), ANGLES.tolist())
@@ -184,7 +184,7 @@ def test_scans_without_a_distance_are_taken_with_a_warning(nothing: float) -> No
     slam.update(np.full(101, nothing), ANGLES)  # no warning: the lidar has seen something before
 
 
-def test_arrays_that_are_masked_or_of_another_kind_are_taken() -> None:
+def test_masked_and_other_arrays_are_accepted() -> None:
     masked = np.ma.masked_greater(np.linspace(1.0, 3.0, 101), 2.0)
     assert len(hopslam.Scan(masked, ANGLES).points) == 51
     assert len(hopslam.Scan(RANGES.astype(object), ANGLES).points) == 101
@@ -192,7 +192,7 @@ def test_arrays_that_are_masked_or_of_another_kind_are_taken() -> None:
     assert np.allclose(np.hypot(*whole.points.T), 2.0)
 
 
-def test_scans_belong_to_the_method_alone() -> None:
+def test_scans_are_copied() -> None:
     ranges = RANGES.copy()
     scan = hopslam.Scan(ranges, ANGLES)
     ranges[:] = 0.0
@@ -201,6 +201,6 @@ def test_scans_belong_to_the_method_alone() -> None:
         scan.ranges[0] = 1.0
 
 
-def test_a_missing_name_lists_those_there_are() -> None:
+def test_an_unknown_name_lists_the_known_names() -> None:
     with pytest.raises(AttributeError, match=re.escape("no 'Slamm'; it has Estimate")):
         hopslam.Slamm  # noqa: B018

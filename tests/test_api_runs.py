@@ -1,4 +1,4 @@
-"""Runs as functions: they return what they left behind, and say what went wrong by exceptions."""
+"""Runs as functions: they return the results of their folder and raise exceptions on errors."""
 
 import json
 import subprocess
@@ -23,7 +23,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> hopslam.Run:
     return hopslam.run("corridor", seed=3, settings=SHORT, out=folder, pictures=False)
 
 
-def test_a_run_is_what_its_folder_holds(run: hopslam.Run) -> None:
+def test_a_run_has_the_contents_of_its_folder(run: hopslam.Run) -> None:
     assert run.metrics == json.loads((run.folder / "metrics.json").read_text())
     assert run.metrics["seed"] == 3
     stamps, poses = read_tum(run.folder / "groundtruth.tum")
@@ -34,7 +34,7 @@ def test_a_run_is_what_its_folder_holds(run: hopslam.Run) -> None:
     assert len(run.trajectory) == len(run.estimate) == len(run.odometry) == run.metrics["scans"]
 
 
-def test_a_run_that_is_opened_is_the_same(run: hopslam.Run) -> None:
+def test_an_opened_run_equals_the_original(run: hopslam.Run) -> None:
     opened = hopslam.Run.open(run.folder)
     assert (opened.metrics, opened.ending, repr(opened)) == (run.metrics, run.ending, repr(run))
     (run.folder / "metrics.json").rename(run.folder / "kept.json")
@@ -47,7 +47,7 @@ def test_a_run_that_is_opened_is_the_same(run: hopslam.Run) -> None:
         (run.folder / "kept.json").rename(run.folder / "metrics.json")
 
 
-def test_a_run_shows_itself_and_its_name_is_text(run: hopslam.Run) -> None:
+def test_a_run_has_a_picture_and_escapes_its_name(run: hopslam.Run) -> None:
     page = run._repr_html_()
     assert (run._repr_png_() or b"").startswith(PNG)
     assert "a &lt;b&gt; &amp; run" in page
@@ -55,7 +55,7 @@ def test_a_run_shows_itself_and_its_name_is_text(run: hopslam.Run) -> None:
     assert "ATE, rmse" in page
 
 
-def test_a_run_replayed_is_the_same_and_scored_alike(run: hopslam.Run, tmp_path: Path) -> None:
+def test_a_replayed_run_has_the_same_score(run: hopslam.Run, tmp_path: Path) -> None:
     again = hopslam.replay(run.folder, out=tmp_path / "again", pictures=False)
     assert np.array_equal(again.estimate, run.estimate)
     scores, others = hopslam.evaluate(run, delta=0.1), hopslam.evaluate(str(again.folder), run.folder, delta=0.1)
@@ -67,7 +67,7 @@ def test_a_run_replayed_is_the_same_and_scored_alike(run: hopslam.Run, tmp_path:
     assert repr(scores).startswith("Evaluation(ATE, aligned 0.0")
 
 
-def test_a_score_is_the_distance_that_was_put_in(run: hopslam.Run) -> None:
+def test_a_score_is_the_known_displacement(run: hopslam.Run) -> None:
     class Shifted:
         stamps = run.stamps
         trajectory = run.truth + np.array([3.0, 4.0, 0.0])
@@ -83,7 +83,7 @@ def test_the_report_and_the_exports_are_written(run: hopslam.Run, tmp_path: Path
     assert (tmp_path / "run.csv").is_file()
 
 
-def test_settings_and_values_reach_the_run(tmp_path: Path) -> None:
+def test_settings_reach_the_run(tmp_path: Path) -> None:
     config = hopslam.SlamConfig(mode="paper")
     made = hopslam.run(settings=SHORT, slam=config, out=tmp_path / "paper", pictures=False)
     assert RunRecord.open(made.folder).config.slam == config
@@ -102,7 +102,7 @@ def test_settings_and_values_reach_the_run(tmp_path: Path) -> None:
         ({"backend": "replay"}, "no log to play"),
     ],
 )
-def test_a_wrong_argument_is_named_before_anything_is_done(
+def test_a_wrong_argument_is_named_before_the_run_starts(
     arguments: dict[str, object], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -111,7 +111,7 @@ def test_a_wrong_argument_is_named_before_anything_is_done(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_run_that_fails_raises_and_keeps_what_was_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_run_raises_and_keeps_its_results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     Path("tired.py").write_text(
@@ -142,13 +142,13 @@ def test_only_an_interrupted_run_is_a_keyboard_interrupt(ending: Ending, raises:
             run.require_success()
 
 
-def test_what_is_strange_is_a_python_warning(tmp_path: Path) -> None:
+def test_a_questionable_scenario_gives_a_python_warning(tmp_path: Path) -> None:
     strange = ("route.speed=0.5", "robot.limits.linear=0.4")
     with pytest.warns(UserWarning, match=r"route\.speed"):
         hopslam.run(settings=(*SHORT, *strange), out=tmp_path / "run", pictures=False)
 
 
-def test_a_script_without_a_guard_sweeps(tmp_path: Path) -> None:
+def test_a_script_without_a_main_guard_can_sweep(tmp_path: Path) -> None:
     """The workers do not run the user's script once more."""
     script = tmp_path / "script.py"
     script.write_text(
@@ -164,7 +164,7 @@ def test_a_script_without_a_guard_sweeps(tmp_path: Path) -> None:
     assert said.splitlines() == ["started", "2 0 [0, 1]", "0 2 True"]
 
 
-def test_a_robot_is_found_in_the_map_of_a_run(run: hopslam.Run, tmp_path: Path) -> None:
+def test_a_robot_is_localized_in_the_map_of_a_run(run: hopslam.Run, tmp_path: Path) -> None:
     found = hopslam.localize(run.folder, run.folder / "map.json", out=tmp_path / "found", pictures=False)
     assert "sure_after_s" in found.metrics
     with pytest.raises(hopslam.InputError, match="nothing is random"):

@@ -1,4 +1,4 @@
-"""The pictures of docs/architecture.md are those of the code, and a run takes the ways that they show."""
+"""The pictures of docs/architecture.md match the code, and a run calls the functions that they show."""
 
 import sys
 import threading
@@ -30,7 +30,7 @@ def drawing() -> ModuleType:
     return module
 
 
-def test_the_pictures_are_those_of_the_code(drawing: ModuleType) -> None:
+def test_the_pictures_match_the_code(drawing: ModuleType) -> None:
     for file, draw in drawing.PICTURES.items():
         assert (DOCS / file).read_text() == draw(), "run python docs/draw_architecture.py"
 
@@ -52,7 +52,9 @@ def listen_to_a_lidar(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(("way", "go"), [("scan", run_simulated), ("key", read_a_key), ("byte", listen_to_a_lidar)])
-def test_a_run_takes_the_way(way: str, go: Callable[[Path], None], drawing: ModuleType, tmp_path: Path) -> None:
+def test_a_run_calls_the_functions_of_the_picture(
+    way: str, go: Callable[[Path], None], drawing: ModuleType, tmp_path: Path
+) -> None:
     stations = {code_of(drawing.station(name)): name for name in drawing.WAYS[way]}
     with calls(stations) as called:
         go(tmp_path)

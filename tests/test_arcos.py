@@ -30,7 +30,7 @@ def cut(stream: bytes, cuts: list[int]) -> list[bytes]:
 
 
 @given(st.lists(st.tuples(NOISE, DATA), max_size=5), st.lists(st.integers(0, 5000)))
-def test_packets_come_through_any_cut_and_any_noise_between(parts: list[tuple[bytes, bytes]], cuts: list[int]) -> None:
+def test_packets_are_decoded_between_noise_and_splits(parts: list[tuple[bytes, bytes]], cuts: list[int]) -> None:
     stream = b"".join(noise + encode_packet(data) for noise, data in parts)
     decoder = PacketDecoder()
     found = [data for piece in cut(stream, cuts) for data in decoder.feed(piece)]
@@ -63,13 +63,13 @@ def test_the_decoder_holds_less_than_a_packet(noise: bytes) -> None:
         assert len(decoder._buffer) < 200
 
 
-def test_a_burst_of_headers_is_passed_over() -> None:
+def test_a_burst_of_headers_is_skipped() -> None:
     decoder = PacketDecoder()
     assert decoder.feed(b"\xfa\xfb" * 20_000 + encode_packet(b"\x00")) == [b"\x00"]
     assert not decoder.pending
 
 
-def test_fuzz() -> None:
+def test_random_bytes_do_not_break_the_decoder() -> None:
     fuzz_arcos(200_000, seed=1)
 
 
@@ -77,7 +77,7 @@ ARGUMENTS = st.none() | st.integers(-65535, 65535) | st.binary(max_size=190)
 
 
 @given(st.integers(0, 255), ARGUMENTS)
-def test_a_command_survives_the_wire(id: int, argument: int | bytes | None) -> None:
+def test_a_command_is_decoded_as_encoded(id: int, argument: int | bytes | None) -> None:
     command = Command(id, argument)
     assert Command.decode(command.encode()) == command
 
@@ -101,13 +101,13 @@ def test_a_command_survives_the_wire(id: int, argument: int | bytes | None) -> N
         ("FA FB 06 1C 3B 00 00 1C 3B", Command(CommandId.SONAR, 0)),
     ],
 )
-def test_bytes_seen_on_the_wire(wire: str, command: Command) -> None:
+def test_recorded_bytes_are_decoded(wire: str, command: Command) -> None:
     packet = bytes.fromhex(wire)
     assert encode_packet(command.encode()) == packet
     assert [Command.decode(data) for data in PacketDecoder().feed(packet)] == [command]
 
 
-def test_forms_that_only_some_clients_send() -> None:
+def test_rare_forms_of_commands_are_decoded() -> None:
     assert Command.decode(bytes.fromhex("0F 2B 02 61 62 00")) == Command(CommandId.SAY, b"ab")
     (cut_off,) = PacketDecoder().feed(bytes.fromhex("FA FB 04 07 3B 07 3B"))  # Player's SETO
     assert Command.decode(cut_off) == Command(CommandId.SETO)
@@ -119,7 +119,7 @@ def test_forms_that_only_some_clients_send() -> None:
 
 @given(st.integers(-128, 127), st.integers(-128, 127))
 @example(-128, 0)
-def test_vel2_as_aria_and_as_player_send_it(left: int, right: int) -> None:
+def test_vel2_of_aria_and_of_player_is_decoded(left: int, right: int) -> None:
     speeds = pytest.approx((0.02 * left, 0.02 * right))
     argument = encode_vel2(0.02 * left, 0.02 * right).argument
     assert isinstance(argument, int)
@@ -128,7 +128,7 @@ def test_vel2_as_aria_and_as_player_send_it(left: int, right: int) -> None:
     assert decode_vel2((left & 0xFF) << 8 | (right & 0xFF)) == speeds
 
 
-def test_checksum_of_odd_and_even_data() -> None:
+def test_checksums_of_odd_and_even_lengths_are_right() -> None:
     assert checksum(bytes([1])) == 1
     assert checksum(bytes([0x0B, 0x3B, 0xFA, 0x00])) == 0x053B
 
@@ -166,13 +166,13 @@ def approximately(sip: Sip) -> dict[str, object]:
 
 
 @pytest.mark.parametrize("length", range(len(TAIL) + 1))
-def test_a_sip_survives_the_wire_with_every_length_of_tail(length: int) -> None:
+def test_a_sip_of_every_length_is_decoded_as_encoded(length: int) -> None:
     sip = replace(SIP, **dict(list(TAIL.items())[:length]))
     decoded = Sip.decode(sip.encode(P3DX_SH), P3DX_SH)
     assert {f.name: getattr(decoded, f.name) for f in fields(decoded)} == approximately(sip)
 
 
-def test_a_sip_says_the_nearest_that_its_fields_hold() -> None:
+def test_values_beyond_the_fields_of_a_sip_are_clipped() -> None:
     """Speeds have 16 bits with a sign, the battery has eight without; the place counts on modulo its wrap."""
     for units in (P3DX, P3DX_SH):
         sip = Sip.decode(Sip(left=1e3, right=-1e3, battery=1e3, x=-0.5, y=-0.5).encode(units), units)
@@ -182,7 +182,7 @@ def test_a_sip_says_the_nearest_that_its_fields_hold() -> None:
         assert sip.y == sip.x
 
 
-def test_what_a_sip_says() -> None:
+def test_a_sip_has_its_fields() -> None:
     sip = Sip.decode(SIP.encode(P3DX_SH), P3DX_SH)
     assert (sip.stalled, sip.front_bumpers, sip.rear_bumpers) == (True, 1, 2)
     assert (sip.motors_enabled, sip.e_stop) == (True, True)
@@ -193,13 +193,13 @@ def test_what_a_sip_says() -> None:
 
 
 @given(st.floats(-1e3, 1e3), st.floats(-5, 5), st.sampled_from([P3DX, P3DX_SH]))
-def test_odometry_that_wraps_is_put_together_again(start: float, step: float, units: type) -> None:
+def test_wrapped_odometry_is_unwrapped(start: float, step: float, units: type) -> None:
     before, after = (Sip.decode(Sip(x=x).encode(units), units).x for x in (start, start + step))
     assert unwrapped_step(before, after, units.wrap) == pytest.approx(step, abs=1.01 * units.distance)
 
 
 @given(st.floats(-1e6, 1e6), st.floats(-100, 100))
-def test_encoders_wrap_too(start: float, step: float) -> None:
+def test_wrapped_encoders_are_unwrapped(start: float, step: float) -> None:
     ways = [WheelTravel.decode(WheelTravel(x, -x).encode(128e3), 128e3) for x in (start, start + step)]
     assert unwrapped_step(ways[0].left, ways[1].left, travel_wrap(128e3)) == pytest.approx(step, abs=2e-5)
     assert unwrapped_step(ways[0].right, ways[1].right, travel_wrap(128e3)) == pytest.approx(-step, abs=2e-5)
@@ -209,19 +209,19 @@ def test_encoders_count_32_bits() -> None:
     assert travel_wrap(128e3) == pytest.approx(2**32 / 128e3)
 
 
-def test_inputs_and_outputs_lie_where_the_manual_has_them() -> None:
+def test_the_io_report_has_the_layout_of_the_manual() -> None:
     """Pioneer 3 Operations Manual, p. 41: how many bytes of each kind, and then these."""
     report = IoReport(1, 2, 3, 4, 5, (1023, 256))
     assert report.encode() == bytes.fromhex("F0 04 01 02 03 04 01 05 02 FF 03 00 01")
 
 
-def test_the_last_byte_of_a_configuration_counts() -> None:
+def test_the_last_byte_of_a_configuration_is_read() -> None:
     data = ArcosConfig(kinematics_delay=0.05).encode()
     assert ArcosConfig.decode(data).kinematics_delay == pytest.approx(0.05)
     assert ArcosConfig.decode(data[:-1]).kinematics_delay == 0.0
 
 
-def test_the_configuration_survives_the_wire_and_may_end_early() -> None:
+def test_a_configuration_may_end_early() -> None:
     config = ArcosConfig(name="robot", watchdog=2.0, sip_cycle=0.1, ticks_per_metre=128e3, max_angular=radians(300))
     data = config.encode()
     assert len(data) <= MAX_DATA
@@ -233,7 +233,7 @@ def test_the_configuration_survives_the_wire_and_may_end_early() -> None:
         ArcosConfig.decode(data[:end])
 
 
-def test_who_the_robot_is() -> None:
+def test_the_identity_of_the_robot_is_decoded() -> None:
     wire = bytes.fromhex("FA FB 19 02") + b"Emu_P3DX\0Pioneer\0p3dx\0" + bytes.fromhex("C6 35")
     (data,) = PacketDecoder().feed(wire)
     identity = Identity.decode(data)

@@ -1,4 +1,4 @@
-"""The process that closes loops is lost: the run says so, goes on without it, and passes nothing half for whole."""
+"""A lost loop-closing process: the run reports it, continues without loops, and writes consistent files."""
 
 import io
 import json
@@ -102,7 +102,7 @@ def lost_run(lap_log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_front_end_goes_on_when_the_process_is_killed(lap_log: Path, lost: tuple[LineSlam, list[Estimate]]) -> None:
+def test_the_front_end_continues_without_its_process(lap_log: Path, lost: tuple[LineSlam, list[Estimate]]) -> None:
     """Until the loss it does what it does without it; after it, no closure comes and each scan has a pose."""
     whole = drive(lap_log, None)[1]
     slam, estimates = lost
@@ -123,7 +123,7 @@ def test_the_front_end_goes_on_when_the_process_is_killed(lap_log: Path, lost: t
         slam.finish()
 
 
-def test_a_run_in_real_time_goes_on_when_it_is_killed(lap_log: Path) -> None:
+def test_a_real_time_run_continues_without_its_process(lap_log: Path) -> None:
     slam, estimates = drive(lap_log, SOON, Timing(real_time=True))
     assert all(estimate.closure is None for estimate in estimates)
     assert estimates[-1].back_end_lost == KILLED
@@ -132,7 +132,7 @@ def test_a_run_in_real_time_goes_on_when_it_is_killed(lap_log: Path) -> None:
         slam.finish()
 
 
-def test_a_process_lost_after_the_last_scan_closes_nothing(lap_log: Path) -> None:
+def test_a_process_lost_at_the_end_closes_no_loop(lap_log: Path) -> None:
     slam, _ = drive(lap_log, None)
     end_back_end()
     for _ in range(2):
@@ -140,7 +140,7 @@ def test_a_process_lost_after_the_last_scan_closes_nothing(lap_log: Path) -> Non
             slam.finish()
 
 
-def test_a_process_that_cannot_be_started_is_a_lost_one(lap_log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_does_not_start_is_lost(lap_log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def no_process(*_: Any, **__: Any) -> None:
         raise OSError(12, "Cannot allocate memory")
 
@@ -151,7 +151,7 @@ def test_a_process_that_cannot_be_started_is_a_lost_one(lap_log: Path, monkeypat
         slam.finish()
 
 
-def test_signals_for_the_whole_group_end_the_loop_only(lap_log: Path) -> None:
+def test_signals_to_the_process_group_end_only_the_loop(lap_log: Path) -> None:
     """Ctrl-C, ``timeout`` and a closed terminal reach the back end too, and the run is closed all the same."""
 
     def signal_all() -> None:
@@ -167,7 +167,7 @@ def test_signals_for_the_whole_group_end_the_loop_only(lap_log: Path) -> None:
     assert slam.finish() is not None
 
 
-def test_results_that_are_cut_off_are_dropped() -> None:
+def test_truncated_results_are_dropped() -> None:
     """Wherever the process dies while it writes: whole results come out, then its end."""
 
     class Dead:
@@ -192,11 +192,11 @@ def test_results_that_are_cut_off_are_dropped() -> None:
     ("code", "how"),
     [(0, "ended with exit code 0"), (3, "ended with exit code 3"), (-signal.SIGSEGV, "was killed by SIGSEGV")],
 )
-def test_it_is_told_how_the_process_ended(code: int, how: str) -> None:
+def test_the_end_of_the_process_is_described(code: int, how: str) -> None:
     assert back_end_process._Ended(code).how == how
 
 
-def test_a_run_that_lost_it_has_a_causal_folder_that_says_so(lost_run: Path) -> None:
+def test_a_run_without_its_back_end_has_a_causal_folder(lost_run: Path) -> None:
     record = RunRecord.open(lost_run)
     assert record.metrics is not None
     assert record.metrics["back_end_lost"].startswith(f"{KILLED}; no loop is closed from scan ")
@@ -211,7 +211,7 @@ def test_a_run_that_lost_it_has_a_causal_folder_that_says_so(lost_run: Path) -> 
     assert fault.endswith("the results are those estimated during the run; try hopslam optimize.")
 
 
-def test_report_and_export_show_a_run_that_lost_it(lost_run: Path, tmp_path: Path) -> None:
+def test_report_and_export_accept_a_run_without_back_end(lost_run: Path, tmp_path: Path) -> None:
     for words in (
         ["report", "--out", str(tmp_path / "page.html")],
         ["export", "--to", "tum", "--out", str(tmp_path / "a")],
@@ -232,7 +232,7 @@ def test_optimize_closes_a_run_that_lost_its_back_end(lost_run: Path, tmp_path: 
     assert "back_end_lost" not in json.loads((folder / "metrics.json").read_text())
 
 
-def test_a_loss_is_told_in_one_line_and_the_run_succeeds(
+def test_a_lost_back_end_is_one_line_and_the_run_succeeds(
     lap_log: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     experiment = with_loss(replay_experiment(lap_log, load_scenario("replay")), SOON)
@@ -244,7 +244,7 @@ def test_a_loss_is_told_in_one_line_and_the_run_succeeds(
     assert "\n" not in error
 
 
-def test_a_loss_is_an_event_once(lap_log: Path, lost: tuple[LineSlam, list[Estimate]]) -> None:
+def test_a_lost_back_end_is_reported_once(lap_log: Path, lost: tuple[LineSlam, list[Estimate]]) -> None:
     recorded, (_, estimates), detector = read_log(lap_log), lost, EventDetector()
     steps = [
         Step(k, Observation(recorded.scan(k), recorded.odometry(k)), estimate, Twist2D(), 0.0)

@@ -120,7 +120,7 @@ def test_scans_odometry_and_mount_are_read(tmp_path: Path, talk: Talk, container
 
 
 @pytest.mark.parametrize("container", CONTAINERS)
-def test_transforms_do_for_odometry(tmp_path: Path, container: str) -> None:
+def test_transforms_replace_odometry_messages(tmp_path: Path, container: str) -> None:
     talk = Talk()
     for stamp in (0.0, 0.1, 0.2):
         talk.transforms(stamp, ("map", "odom", Pose2D(5.0)), ("odom", "base_link", odometry_at(stamp)))
@@ -140,7 +140,7 @@ def test_the_twist_is_the_measured_one(tmp_path: Path, talk: Talk) -> None:
     assert log.odometry(1).twist.linear == pytest.approx(0.25 + 0.5 * 0.101 / 0.2)
 
 
-def test_one_topic_of_many_is_chosen(tmp_path: Path, talk: Talk) -> None:
+def test_a_topic_is_chosen_by_name(tmp_path: Path, talk: Talk) -> None:
     talk.odometry(1.0, topic="/wheels/odom")
     path = talk.write(tmp_path, "sqlite3")
     report = read_log(path).report
@@ -150,12 +150,12 @@ def test_one_topic_of_many_is_chosen(tmp_path: Path, talk: Talk) -> None:
         read_log(path, BagTopics(odometry="/none"))
 
 
-def test_topics_are_for_bags(small_log: Path) -> None:
+def test_topics_are_options_of_bags_only(small_log: Path) -> None:
     with pytest.raises(LogError, match="leave out --scan-topic"):
         read_log(small_log, BagTopics(scan="/scan"))
 
 
-def test_a_lidar_that_is_tilted_is_refused(tmp_path: Path, talk: Talk) -> None:
+def test_a_tilted_lidar_is_refused(tmp_path: Path, talk: Talk) -> None:
     turned = ros2_types().types["geometry_msgs/msg/Quaternion"](0.5**0.5, 0.0, 0.0, 0.5**0.5)
     over = ros2_types().deserialize_cdr(talk.messages[0][3], TRANSFORMS)
     object.__setattr__(over.transforms[1].transform, "rotation", turned)
@@ -176,7 +176,7 @@ def test_an_mcap_alone_in_a_folder_is_found(tmp_path: Path, talk: Talk) -> None:
     assert len(read_log(tmp_path)) == 5
 
 
-def test_a_folder_that_is_no_bag_is_refused(tmp_path: Path) -> None:
+def test_a_folder_that_is_not_a_bag_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="not a file"):
         read_log(tmp_path)
     (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information: 5\n")
@@ -186,7 +186,7 @@ def test_a_folder_that_is_no_bag_is_refused(tmp_path: Path) -> None:
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60)
 @given(st.binary(max_size=50), st.integers(8, 6000), st.integers(0, 60))
-def test_damage_is_a_log_error_at_the_worst(tmp_path: Path, talk: Talk, junk: bytes, first: int, removed: int) -> None:
+def test_damage_is_at_most_a_log_error(tmp_path: Path, talk: Talk, junk: bytes, first: int, removed: int) -> None:
     path = tmp_path / "run.mcap"
     if not path.exists():
         talk.write(tmp_path, "mcap")

@@ -1,4 +1,4 @@
-"""The batch: each robot in it is the single kinematic robot, whatever is beside it."""
+"""The batch: each of its robots equals the single kinematic robot, whatever its neighbours are."""
 
 from itertools import zip_longest
 from typing import Any
@@ -35,7 +35,7 @@ def actions(count: int, steps: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("arguments", [{}, {"action": "wheels", "reward": "coverage", "goal_as": "xy"}])
-def test_a_robot_in_the_batch_is_the_single_one(arguments: dict[str, object]) -> None:
+def test_a_robot_in_the_batch_equals_the_single_robot(arguments: dict[str, object]) -> None:
     """With wheels that err, and people; noise of the lidar alone comes from another stream."""
     wheels = ["robot.odometry.left_radius=0.099", "robot.odometry.track=0.34", "robot.traction.slip=0.03"]
     given = {"settings": [PLAN, *QUIET, PEOPLE, *wheels], "collision_penalty": 0.5, "end_on": ()} | arguments
@@ -123,7 +123,7 @@ def test_the_map_is_that_of_an_occupancy_grid_at_the_true_pose() -> None:
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
-def test_every_autoreset_mode_gives_what_gymnasiums_own_does(mode: AutoresetMode) -> None:
+def test_autoreset_modes_equal_those_of_gymnasium(mode: AutoresetMode) -> None:
     """Shapes, ends and resets beside ``SyncVectorEnv`` of the same robots; arrays are fresh."""
     given = {"settings": [PLAN, *QUIET], "max_seconds": 0.5}
     ours = batch(2, autoreset_mode=mode, **given)
@@ -156,7 +156,7 @@ def test_every_autoreset_mode_gives_what_gymnasiums_own_does(mode: AutoresetMode
         np.testing.assert_array_equal(array, copy)
 
 
-def test_episodes_take_place_in_worlds_that_the_seed_draws() -> None:
+def test_the_seed_draws_the_worlds_of_the_episodes() -> None:
     name, arguments = "hopslam/RandomOffice-v0", {"worlds": 3, "settings": [*QUIET, "lidar.dropout=0"]}
     scans = []
     for seed in (1, 1, 2):
@@ -170,7 +170,7 @@ def test_episodes_take_place_in_worlds_that_the_seed_draws() -> None:
     assert len(np.unique(scans[0], axis=0)) == 3
 
 
-def test_robots_whose_seed_is_none_differ() -> None:
+def test_robots_without_a_seed_differ() -> None:
     envs = batch(3)
     scans = envs.reset(seed=[None, 5, None])[0]["scan"]
     envs.close()
@@ -178,7 +178,7 @@ def test_robots_whose_seed_is_none_differ() -> None:
 
 
 @pytest.mark.parametrize("model", [name for name, model in LIDARS.items() if not model.beams_vary])
-def test_a_steady_lidar_reads_as_the_single_one(model: str) -> None:
+def test_a_constant_lidar_equals_the_single_lidar(model: str) -> None:
     settings = [*QUIET, f"lidar.model={model}", PLAN]
     envs, single = batch(2, settings=settings), gymnasium.make(ID, settings=settings)
     seen, alone = envs.reset(seed=0)[0]["scan"][0], single.reset(seed=0)[0]["scan"]
@@ -226,7 +226,7 @@ def test_a_plain_make_vec_keeps_the_engine() -> None:
     envs.close()
 
 
-def test_what_cannot_be_is_refused_in_a_line() -> None:
+def test_impossible_arguments_are_refused_in_one_line() -> None:
     with pytest.raises(ScenarioError, match="environment argument rewrd"):
         batch(2, rewrd="none")
     with pytest.raises(InputError, match="autoreset_mode='SameStp'; did you mean SameStep"):

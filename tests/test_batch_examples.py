@@ -21,7 +21,7 @@ def load(name: str, module: str, monkeypatch: pytest.MonkeyPatch) -> object:
         return importlib.import_module(name)
 
 
-def test_the_policy_by_hand_drives_one_robot_as_it_drives_many(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_policy_drives_one_robot_as_it_drives_many(monkeypatch: pytest.MonkeyPatch) -> None:
     explorer = load("explorer", "gymnasium", monkeypatch)
     envs, policy = explorer.explorers(5, offices=2), explorer.ByHand()
     observation, _ = envs.reset(seed=0)
@@ -57,7 +57,7 @@ def test_the_batch_is_a_vec_env_of_stable_baselines(monkeypatch: pytest.MonkeyPa
     same.close()
 
 
-def test_tensors_look_into_the_arrays_of_the_batch(
+def test_tensors_share_the_memory_of_the_batch(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     example = load("torch_batch", "torch", monkeypatch)
@@ -67,7 +67,7 @@ def test_tensors_look_into_the_arrays_of_the_batch(
     assert "steps a second" in capsys.readouterr().out
 
 
-def test_without_pytorch_the_example_names_the_cure(
+def test_without_pytorch_the_package_is_named(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "torch", None)

@@ -1,4 +1,4 @@
-"""SLAM in a batch: each robot has the estimates that it would have alone."""
+"""SLAM in a batch: each robot has the estimates of a single environment."""
 
 import gymnasium
 import numpy as np
@@ -16,7 +16,7 @@ def batch(count: int, **arguments: object) -> gymnasium.vector.VectorEnv:
     return gymnasium.make_vec(ID, num_envs=count, vectorization_mode="vector_entry_point", **arguments)
 
 
-def test_slam_in_the_batch_is_that_of_the_single_environment() -> None:
+def test_slam_in_a_batch_equals_that_of_one_environment() -> None:
     given = {"settings": QUIET, "observe": ("slam_pose", "map"), "end_on": ("collision", "lost")}
     envs, single = batch(2, slam=True, threads=1, **given), gymnasium.make(ID, **given)
     steps = np.random.default_rng(3).uniform([-0.2, -1.0], [0.5, 1.0], (12, 2, 2)).astype(np.float32)
@@ -36,7 +36,7 @@ def test_slam_in_the_batch_is_that_of_the_single_environment() -> None:
     single.close()
 
 
-def test_episodes_with_slam_end_and_begin_anew() -> None:
+def test_episodes_with_slam_end_and_restart() -> None:
     """With a lidar whose beams vary; SLAM that is off by more than nothing counts as lost."""
     given = {"settings": ["lidar.model=ld19"], "observe": ("scan", "slam_pose"), "autoreset_mode": "SameStep"}
     envs = batch(2, slam=True, threads=1, end_on="lost", lost_beyond=0.04, max_seconds=0.4, **given)
@@ -54,7 +54,7 @@ def test_episodes_with_slam_end_and_begin_anew() -> None:
     envs.close()
 
 
-def test_slam_runs_only_if_told_and_needed() -> None:
+def test_slam_runs_only_if_enabled_and_needed() -> None:
     with pytest.raises(InputError, match="a batch runs SLAM only if told: add slam=True"):
         batch(2, observe=("scan", "slam_pose"))
     with pytest.raises(InputError, match="nothing here needs SLAM"):

@@ -1,4 +1,4 @@
-"""Battery, faults and sonar of the base, from the wire to the summary."""
+"""Battery, faults and sonar of the base, from the packet to the summary."""
 
 import json
 import logging
@@ -34,7 +34,7 @@ def watched(volts: list[float], settings: ArcosConfig = ArcosConfig()) -> list[s
 
 
 @given(st.lists(st.floats(0.0, 30.0), max_size=29))
-def test_no_dip_of_three_seconds_is_a_level(volts: list[float]) -> None:
+def test_short_voltage_dips_are_ignored(volts: list[float]) -> None:
     assert set(watched([12.6, *volts, 12.6])) <= {"good"}
 
 
@@ -47,14 +47,14 @@ def test_battery_is_low_and_then_empty(caplog: pytest.LogCaptureFixture) -> None
     ]
 
 
-def test_the_limits_of_the_flash_count_where_higher() -> None:
+def test_the_higher_of_both_voltage_limits_is_used() -> None:
     settings = ArcosConfig(low_battery=12.0, shutdown_voltage=11.5)
     assert watched([11.8] * 40, settings)[-1] == "low"
     assert watched([11.6] * 40, settings)[-1] == "empty"
     assert watched([0.0] * 40)[-1] == "unknown"
 
 
-def test_battery_and_faults_of_a_report() -> None:
+def test_a_report_has_battery_and_faults() -> None:
     head = "32 0000 0000 0000 0000 0000 71 0000 0000 0100 00 00 00 00 00 00 00"  # byte 11: 0x71 = 11.3 V
     assert Sip.decode(bytes.fromhex(head), P3DX_SH).volts == pytest.approx(11.3)
     tail = "7D00 00 0000 0400"  # battery x 10 = 125, charge state, rotational velocity, fault flags
@@ -77,7 +77,7 @@ def test_the_rings_are_symmetric() -> None:
     assert np.abs(TRANSDUCERS[FRONT:, 2]).min() == pytest.approx(pi / 2)
 
 
-def test_an_empty_battery_ends_the_run_with_words(
+def test_an_empty_battery_ends_the_run_with_a_message(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "run"

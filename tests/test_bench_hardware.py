@@ -29,7 +29,7 @@ def test_paths_are_compared_by_place_not_by_time() -> None:
     assert apart.length == pytest.approx(20.0, abs=0.3)
 
 
-def test_a_robot_that_had_to_wait_is_still_on_the_same_leg() -> None:
+def test_a_robot_that_waits_stays_on_its_leg() -> None:
     path = out_and_back(0.02, 3)
     waited = np.concatenate([path[:60], np.repeat(path[60:61], 40, axis=0), path[60:]])
     apart = PathDifference.between(out_and_back(0.0, 3), waited)
@@ -48,7 +48,7 @@ def test_a_policy_drives_devices_as_it_does_the_simulation() -> None:
     assert simulated.errors.max() == 0.0
 
 
-def test_the_noise_table() -> None:
+def test_the_noise_table_has_its_rows() -> None:
     result = CliRunner().invoke(app, ["bench", "hardware", "noise", "--packets", "5"])
     assert result.exit_code == 0
     assert "A noisy wire" in result.output

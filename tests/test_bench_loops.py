@@ -1,4 +1,4 @@
-"""``hopslam bench loops``: loops judged against a reference, its tables, and small runs of its parts."""
+"""``hopslam bench loops``: scores of loops against a reference, tables, and small runs."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -74,7 +74,7 @@ def run_with_loops(
 
 
 @pytest.mark.parametrize("mount", [np.zeros(3), np.array([0.2, -0.1, 0.5])])
-def test_a_loop_is_as_far_off_as_it_was_made(mount: FloatArray, both: BothWays) -> None:
+def test_the_error_of_a_loop_is_its_known_offset(mount: FloatArray, both: BothWays) -> None:
     closed, truth = run_with_loops(both.closed, np.array([[0.0, 0.0, 0.0], [0.3, 0.4, 0.0], [0.0, 0.0, 0.05]]), mount)
     found = loop_errors(closed, truth)
     np.testing.assert_allclose(found.metres[:2], [0.0, 0.5], atol=1e-9)
@@ -83,13 +83,13 @@ def test_a_loop_is_as_far_off_as_it_was_made(mount: FloatArray, both: BothWays) 
 
 @given(st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.floats(-3, 3)))
 @settings(max_examples=20)
-def test_where_the_reference_lies_does_not_matter(both: BothWays, moved: tuple[float, float, float]) -> None:
+def test_the_frame_of_the_reference_does_not_matter(both: BothWays, moved: tuple[float, float, float]) -> None:
     closed, truth = run_with_loops(both.closed, np.array([[0.1, 0.2, 0.03]]), np.array([0.1, 0.0, 0.2]))
     elsewhere = truth._replace(poses=compose_poses(np.array(moved), truth.poses))
     np.testing.assert_allclose(loop_errors(closed, truth), loop_errors(closed, elsewhere), atol=1e-9)
 
 
-def test_loops_far_off_are_wrong_unjudged_without_reference(both: BothWays) -> None:
+def test_distant_loops_are_wrong_or_have_no_reference(both: BothWays) -> None:
     assert is_wrong(PoseErrors(np.array([0.49, 0.51, 0.0, NAN]), np.array([0.1, 0.0, 0.11, NAN]))).tolist() == [
         False, True, True, False,
     ]  # fmt: skip
@@ -133,21 +133,21 @@ def test_each_measure_has_a_row_beside_the_published() -> None:
     assert duke[2][2] == "5.73"
 
 
-def test_the_rank_of_a_place_is_that_of_the_first_right_one() -> None:
+def test_the_rank_is_that_of_the_first_correct_place() -> None:
     places = np.array([[1.0, 0.0, 0.0], [0.0, 0.5, 0.2], [0.0, 0.5, 0.1], [0.0, 0.0, 2.0 * np.pi]])
     assert rank_of(np.zeros(3), places) == 2
     assert rank_of(np.zeros(3), places[3:]) == 0
     assert rank_of(np.zeros(3), places[:2]) == 6
 
 
-def test_shares_of_places_are_of_the_pairs_that_there_are() -> None:
+def test_shares_of_places_count_existing_pairs() -> None:
     (row,) = place_table(
         [result(places=PlaceHits(4, (1, 2, 4), 0.008)), result(places=PlaceHits(0, (0, 0, 0), 0.0))]
     ).rows
     assert row == ("aces", "4", "0.25", "0.50", "1.00", "2.00")
 
 
-def test_a_run_that_never_comes_back_has_no_pairs(both: BothWays) -> None:
+def test_a_run_without_a_return_has_no_pairs(both: BothWays) -> None:
     assert SMALL.T_map_base is not None
     truth = InterpolatedPoses(SMALL.T_map_base, np.ones(len(SMALL), np.bool_))
     assert place_hits(both.closed, truth) == PlaceHits(0, (0, 0, 0), pytest.approx(0.0, abs=1e-3))
@@ -155,7 +155,7 @@ def test_a_run_that_never_comes_back_has_no_pairs(both: BothWays) -> None:
     assert place_hits(both.closed, one_spot).pairs > 0
 
 
-def test_short_walls_do_not_tell_the_axes() -> None:
+def test_short_walls_do_not_define_the_axes() -> None:
     """A wall off by 3 deg among three of the same length: its rms about the mean of all."""
     c, s = np.cos(np.radians(3.0)), np.sin(np.radians(3.0))
     walls = np.array([[[0, 0], [4, 0]], [[0, 0], [0, 4]], [[0, 5], [4 * c, 5 + 4 * s]], [[0, 0], [0.5, 0.9]]])
@@ -163,7 +163,7 @@ def test_short_walls_do_not_tell_the_axes() -> None:
     assert np.isnan(rms_off_axes(walls[3:]))
 
 
-def test_both_ways_see_the_same_scans_one_closes_no_loop(both: BothWays) -> None:
+def test_both_modes_get_the_same_scans_one_closes_no_loop(both: BothWays) -> None:
     alone = LineSlam(SlamConfig(loops="never"), SMALL.T_base_laser)
     poses = stack_poses(alone.update(SMALL.scan(k), SMALL.odometry(k)).T_map_base for k in range(len(SMALL)))
     assert np.array_equal(both.causal, poses)
@@ -172,20 +172,20 @@ def test_both_ways_see_the_same_scans_one_closes_no_loop(both: BothWays) -> None
     assert both.live_total > 0.9 * both.live_times.sum()
 
 
-def test_a_run_both_ways_gives_the_same_bits_again(both: BothWays) -> None:
+def test_a_run_in_both_modes_is_repeated_bit_for_bit(both: BothWays) -> None:
     again = run_both_ways(SMALL, SlamConfig())
     assert np.array_equal(both.live, again.live)
     assert np.array_equal(both.final, again.final)
     assert both.closed.size.tried == again.closed.size.tried
 
 
-def test_a_building_takes_a_row_with_loops_and_one_without() -> None:
+def test_a_building_has_rows_with_and_without_loops() -> None:
     table = block_table(0, SlamConfig(), Terminal(quiet=True), scans=40)
     assert [row[:2] for row in table.rows] == [("never", "40"), ("auto", "40")]
     assert {len(row) for row in table.rows} == {len(table.columns)}
 
 
-def test_an_hour_is_told_every_five_minutes() -> None:
+def test_an_hour_has_a_row_every_five_minutes() -> None:
     table = hour_table(drive("office_loop", 0, ("duration=8", "slam.loops=auto")))
     assert [row[0] for row in table.rows] == [str(minutes) for minutes in range(5, 65, 5)]
     keys = [int(row[5]) for row in table.rows]
@@ -193,7 +193,7 @@ def test_an_hour_is_told_every_five_minutes() -> None:
     assert keys[-1] > 4
 
 
-def test_the_command_drives_both_ways(tmp_path: Path) -> None:
+def test_the_command_runs_both_modes(tmp_path: Path) -> None:
     out = tmp_path / "loops.md"
     arguments = ["bench", "loops", "sim", "--seeds", "1", "--set", "duration=2", "--out", str(out)]
     assert CliRunner().invoke(app, arguments).exit_code == 0

@@ -1,4 +1,4 @@
-"""The paper's figures measured again: its formulas by hand, and what does not depend on the clock."""
+"""The figures of the paper measured again: its formulas by hand, and results that do not depend on time."""
 
 import re
 import sys
@@ -27,14 +27,14 @@ def test_every_equation_is_cited_beside_the_code() -> None:
     assert set(range(1, 45)) - cited == set()
 
 
-def test_hops_by_hand() -> None:
+def test_hops_are_those_counted_by_hand() -> None:
     """Eq. (14)."""
     assert hops(10, 2) == (3, 3)
     assert hops(12, 2) == (3, 5)
     assert hops(12, 0) == (11, 11)
 
 
-def test_the_predicted_speed_up_by_hand() -> None:
+def test_the_predicted_speed_up_is_the_hand_calculation() -> None:
     """Eq. (13) with t(j) = j: 45 / (1 + 4 + 7), then 66 / (1 + 4 + 7 + 4 + 5)."""
     assert predicted_speed_up(10, 2) == 45 / 12
     assert predicted_speed_up(12, 2) == 66 / 21
@@ -55,7 +55,7 @@ def test_hopping_changes_no_segment_but_the_tests() -> None:
     assert rows[40].tests > 2 * rows[5].tests
 
 
-def test_the_note_of_fig_7_says_what_its_columns_show() -> None:
+def test_the_note_of_fig_7_describes_its_columns() -> None:
     rows = [fig_7.Fig7Row(0, 0, 80.0, 0), fig_7.Fig7Row(5, 0, 26.0, 3), fig_7.Fig7Row(40, 0, 87.0, 1)]
     notes = tables.figure_7(rows, 200).notes
     assert "none of 200 scans differs from those of psi = 0" in notes
@@ -82,7 +82,7 @@ def test_fig_3_without_noise_is_the_plan_seen_from_its_pose() -> None:
     assert len(result.segments) == 5
 
 
-def test_fig_3_errs_within_table_1() -> None:
+def test_errors_of_fig_3_are_within_table_1() -> None:
     result = fig_3.measure()
     ranges = result.scan.ranges[result.scan.echoes]
     assert (result.point_errors < 4.0 / 3.0 * TABLE1.accuracy(ranges)).all()  # four standard deviations
@@ -90,7 +90,7 @@ def test_fig_3_errs_within_table_1() -> None:
     assert len(result.segments) >= 5
 
 
-def test_the_share_of_fig_21_by_hand() -> None:
+def test_the_share_of_fig_21_is_the_hand_calculation() -> None:
     """The paper's own numbers: 1302 of 1453.2 s."""
     extraction = {"svd_full": np.array([100.0, 50.0]), "svd": np.array([98.0, 0.0]), "prefix_sums": np.zeros(2)}
     result = fig_21.Fig21(scans=9, matching=np.array([302.0, 1000.0]), extraction=extraction, prediction=1.2)
@@ -147,7 +147,7 @@ def test_the_force_is_largest_at_its_peak() -> None:
     assert fig_10.force(-0.1) == -fig_10.force(0.1)
 
 
-def test_the_report_and_its_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_report_has_its_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("skimage")
     monkeypatch.setattr("slam.bench.paper.report.QUICK_POINTS", 60)
     monkeypatch.setattr("slam.bench.paper.report.QUICK_TRIALS", 3)
@@ -162,7 +162,7 @@ def test_the_report_and_its_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert all(f"]({name}.png)" in text for name in ("fig_3", "fig_7", "fig_8", "fig_10", "fig_21"))
 
 
-def test_without_scikit_image_it_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_scikit_image_the_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "skimage.transform", None)
     with pytest.raises(InputError, match=r"skimage is not installed; run: pip install 'hopslam\[bench\]'"):
         reproduce(tmp_path / "paper", quick=True, console=Terminal(quiet=True))

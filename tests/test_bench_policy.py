@@ -1,4 +1,6 @@
-"""One policy everywhere: the same class chooses for a batch, for one robot, and for devices."""
+"""One policy class runs on a batch, on one robot and on devices."""
+
+import sys
 
 import numpy as np
 import pytest
@@ -37,11 +39,21 @@ def test_a_policy_has_a_score_in_every_simulator() -> None:
     assert 1.0 < earned[0, 0] < 2.0
 
 
-def test_the_table_has_the_devices_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_table_includes_the_devices(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(POLICIES, "ahead", Ahead)
     table = policy_report.policy_table("ahead", SEEDS, 1, Terminal())
     assert [row[1] for row in table.rows] == ["2", "2", "2", "1", "1", "1"]
     assert all(float(row[2]) > 0.5 for row in table.rows)
+
+
+def test_without_pybullet_the_table_says_what_it_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(POLICIES, "ahead", Ahead)
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    table = policy_report.policy_table("ahead", SEEDS, 0, Terminal())
+    assert [row[:2] for row in table.rows] == [
+        ("batch", "2"), ("physics.engine: plan", "2"), ("devices, moved by plan", "0"),
+    ]  # fmt: skip
+    assert "left out: PyBullet; PyBullet, as often as devices; devices, moved by PyBullet." in table.notes
 
 
 def test_a_wrong_policy_is_refused_in_a_line() -> None:

@@ -12,7 +12,7 @@ from slam.env.p3dx_env import P3DXEnv
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
-def test_the_engine_alone_is_timed_beside_the_whole(caster: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_engine_and_the_whole_step_are_both_timed(caster: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(speed, "SCANS", 4)
     monkeypatch.setattr(speed, "ROUNDS", 2)
     measured = speed.speed_of(corridor(caster))
@@ -34,7 +34,7 @@ def test_the_tables_can_be_made(monkeypatch: pytest.MonkeyPatch) -> None:
     assert tables[0].rows[0] == ("bullet", "1000", "2000", "50.0 %", "50")
 
 
-def test_the_environments_can_be_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_environments_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(env_speed, "ROUNDS", 1)
     paths, views, threads, slam = env_speed.env_tables(Terminal(quiet=True), (1, 3), 0.0, with_slam=())
     assert slam.rows == []
@@ -46,7 +46,7 @@ def test_the_environments_can_be_measured(monkeypatch: pytest.MonkeyPatch) -> No
     assert threads.rows[0][0] == "1"
 
 
-def test_the_peer_sees_the_same_walls() -> None:
+def test_the_other_simulator_sees_the_same_walls() -> None:
     pytest.importorskip("irsim", reason="pip install 'hopslam[bench]'")
     scenario = corridor("exact")
     peer, single = PlanarPeer(scenario), P3DXEnv(scenario, reward="none", end_on=())

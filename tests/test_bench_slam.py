@@ -1,4 +1,4 @@
-"""The measures of bench slam, by hand and beside evo."""
+"""The measures of ``hopslam bench slam``, by hand and compared with evo."""
 
 import gzip
 import json
@@ -48,7 +48,7 @@ def test_the_absolute_error_is_evo_s() -> None:
     assert absolute_error(estimate, truth) == pytest.approx(ape.get_statistic(metrics.StatisticsType.rmse), abs=1e-6)
 
 
-def test_errors_by_hand() -> None:
+def test_errors_are_those_calculated_by_hand() -> None:
     straight = np.column_stack([np.arange(31.0), np.zeros(31), np.zeros(31)])
     assert absolute_error(straight, straight) == pytest.approx(0.0, abs=1e-9)
     assert relative_error(straight * [1.02, 1.0, 1.0], straight) == pytest.approx(0.2)
@@ -57,7 +57,7 @@ def test_errors_by_hand() -> None:
     assert at.known.tolist() == [True, False]
 
 
-def test_relations_by_hand(tmp_path: Path) -> None:
+def test_relations_are_those_calculated_by_hand(tmp_path: Path) -> None:
     """From 1 s to 4 s it went 3 m; the relation says 2.9 m and 0.1 rad."""
     path = tmp_path / "a.relations.gz"
     with gzip.open(path, "wt") as file:
@@ -69,7 +69,7 @@ def test_relations_by_hand(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.radians, [0.1, 0.0], atol=1e-12)
 
 
-def test_a_run_over_a_small_log(small_log: Path) -> None:
+def test_a_small_log_is_benchmarked(small_log: Path) -> None:
     run = run_log(small_log, SlamConfig())
     np.testing.assert_allclose(run.poses[-1], [0.55, 0.0, 0.0], atol=0.01)
     true, smeared = (
@@ -79,14 +79,14 @@ def test_a_run_over_a_small_log(small_log: Path) -> None:
     assert run.lost == 0
 
 
-def test_noisy_wheels_are_noisy_and_the_same_again() -> None:
+def test_wheel_noise_is_repeatable() -> None:
     truth = np.column_stack([np.linspace(0, 20, 200), np.zeros(200), np.zeros(200)])
     once = odometry_with_doubled_noise(truth, 0)
     np.testing.assert_array_equal(once, odometry_with_doubled_noise(truth, 0))
     assert np.hypot(*np.diff(once[:, :2], axis=0).T).sum() == pytest.approx(20.8)
 
 
-def test_logs_that_are_not_there_are_skipped_and_named(tmp_path: Path) -> None:
+def test_missing_logs_are_skipped_and_named(tmp_path: Path) -> None:
     told = StringIO()
     console = Terminal(file=told)
     assert slam_tables(["fr079"], tmp_path, SlamConfig(), console) == []
@@ -103,7 +103,7 @@ def test_a_run_in_the_simulator_is_measured_against_the_truth() -> None:
     np.testing.assert_allclose(run.odometry_offsets[0], 0.0, atol=1e-9)
 
 
-def test_the_tables_of_the_simulator() -> None:
+def test_the_tables_of_the_simulator_are_written() -> None:
     each, together, again = sim_tables(["cluttered_room"], range(3, 4), False, ("duration=1",), Terminal(quiet=True))
     assert each.rows[0][0] == "cluttered_room, 3"
     assert together.rows[0][:2] == ("cluttered_room", "1")
@@ -125,7 +125,7 @@ def test_the_command_of_a_run_repeats_it(tmp_path: Path) -> None:
     assert saved["robot"]["T_map_base"] == pytest.approx(run.poses[-1], abs=0.01)  # once more refined
 
 
-def test_walls_are_off_the_axes_of_their_building() -> None:
+def test_the_angle_of_walls_to_the_axes_is_measured() -> None:
     """Two walls at a right angle, and one turned by 0.02 rad, which takes the axes along by its share."""
     walls = np.array([[[0, 0], [4, 0]], [[0, 0], [0, 4]], [[0, 5], [4 * np.cos(0.02), 5 + 4 * np.sin(0.02)]]])
     angles, lengths = angles_off_main_axes(walls)
@@ -133,7 +133,7 @@ def test_walls_are_off_the_axes_of_their_building() -> None:
     np.testing.assert_allclose(lengths, 4.0)
 
 
-def test_a_loop_is_as_open_as_it_was_made() -> None:
+def test_the_gap_of_a_loop_is_its_known_offset() -> None:
     """An L of points, laid down again 0.3 m back, 0.2 m to the right and turned by 2 deg."""
     first = np.concatenate([np.column_stack([np.arange(0, 4, 0.03), np.zeros(134)]), np.array([[4.0, 0.0]])])
     first = np.concatenate([first, first[:, ::-1]]) + np.array([2.0, 1.0])
@@ -145,7 +145,7 @@ def test_a_loop_is_as_open_as_it_was_made() -> None:
     assert gap.agreement > 0.95 > 0.7 > gap.before
 
 
-def test_along_an_open_direction_the_odometer_decides() -> None:
+def test_an_open_direction_is_scored_by_odometry() -> None:
     """An odometer with the heading of the truth tells the error along the walls that is not the method's own."""
     run = run_scenario("featureless_corridor", 1, ("duration=12",))
     assert run.unconstrained[1:].mean() >= 0.95
@@ -155,7 +155,7 @@ def test_along_an_open_direction_the_odometer_decides() -> None:
     assert unconstrained_tables([("cluttered_room", 0, run_scenario("cluttered_room", 0, ("duration=1",)))]) == []
 
 
-def test_the_tables_of_the_hour() -> None:
+def test_the_tables_of_an_hour_are_written() -> None:
     cost, sizes = hour_tables(run_scenario("office_loop", 0, ("duration=3",)))
     assert cost.rows[0][0] == "30"
     assert [row[0] for row in sizes.rows][-1] == "60 min"
@@ -193,5 +193,5 @@ def test_lines_beside_a_longer_one_are_parallel() -> None:
     assert wall_faults(np.concatenate([WALL] * 3), *NO_ECHOES).parallel == pytest.approx(2.0)
 
 
-def test_the_faults_of_an_empty_map_are_none() -> None:
+def test_an_empty_map_has_no_faults() -> None:
     assert wall_faults(np.empty((0, 2, 2)), np.zeros((1, 2)), np.zeros((1, 2)))[:4] == (0.0, 0.0, 0.0, 0.0)

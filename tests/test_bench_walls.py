@@ -1,4 +1,4 @@
-"""Bench walls: other line maps of the same poses, and the tables."""
+"""``hopslam bench walls``: other line maps of the same poses, and the tables."""
 
 from pathlib import Path
 

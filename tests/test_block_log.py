@@ -1,4 +1,4 @@
-"""The long log from a generated building: rays against a plain reference, and what the log must be."""
+"""The long log of a generated building: rays against a plain reference, and the properties of the log."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from slam.pose import Pose2D, compose_poses, path_lengths, relative_poses, wrap_
 PLAN = make_block_plan(np.random.default_rng(5))
 
 
-def test_drawn_walls_are_as_far_as_cast_beams() -> None:
+def test_drawn_walls_have_the_ranges_of_cast_beams() -> None:
     walls = np.concatenate([room(np.random.default_rng(1)), PLAN.walls[::40]])
     poses = np.array([[0.1, -0.2, 0.3], [0.0, 0.0, 3.0], [5.0, 4.0, -2.0], [-0.5, 0.1, 1.6]])
     found = cast_walls(walls, poses, -3.1, 0.02, 311)
@@ -20,7 +20,7 @@ def test_drawn_walls_are_as_far_as_cast_beams() -> None:
         np.testing.assert_allclose(ranges, expected, rtol=1e-9)
 
 
-def test_rays_are_the_same_wherever_the_world_lies() -> None:
+def test_rays_do_not_depend_on_the_origin_of_the_world() -> None:
     pose, moved = np.array([[1.0, 2.0, 0.4]]), Pose2D(-7.0, 3.0, 2.5)
     walls = moved.transform(PLAN.walls.reshape(-1, 2)).reshape(-1, 2, 2)
     there = compose_poses(moved.as_array(), pose)
@@ -35,7 +35,7 @@ def test_a_building_is_closed() -> None:
     assert np.isfinite(cast_walls(PLAN.walls, crossings, -np.pi + 0.001, 0.05, 125)).all()
 
 
-def test_a_walk_goes_everywhere_and_never_straight_back() -> None:
+def test_a_walk_covers_all_streets_without_u_turns() -> None:
     path = walk(PLAN, 2000.0, np.random.default_rng(0))
     assert np.hypot(*np.diff(path, axis=0).T).sum() >= 2000.0
     assert not (path[2:] == path[:-2]).all(axis=1).any()
@@ -51,14 +51,14 @@ def test_a_smoothed_path_has_even_steps_along_its_heading() -> None:
     assert poses[-1, 2] == pytest.approx(np.pi, abs=1e-6)
 
 
-def test_odometry_errors_grow_with_the_way() -> None:
+def test_odometry_errors_grow_with_the_distance() -> None:
     straight = np.column_stack([np.arange(0.0, 200.0, STEP), np.zeros((400, 2))])
     ends = np.array([noisy_odometry(straight, np.random.default_rng(seed))[[40, -1]] for seed in range(40)])
     assert ends[:, 0, 2].std() == pytest.approx(HEADING_SIGMA * 20.0**0.5, rel=0.4)
     assert ends[:, 1, 2].std() == pytest.approx(HEADING_SIGMA * 200.0**0.5, rel=0.4)
 
 
-def test_a_seed_makes_one_log_of_so_many_scans() -> None:
+def test_a_seed_makes_one_log_of_the_given_length() -> None:
     one, again, other = block_log(3, 50), block_log(3, 50), block_log(4, 50)
     assert np.array_equal(one.ranges, again.ranges)
     assert np.array_equal(one.T_odom_base, again.T_odom_base)

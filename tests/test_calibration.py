@@ -1,4 +1,4 @@
-"""Wheels found by driving: what is wrong is found again, and squares are driven and written down."""
+"""Calibration of the wheels: known errors are estimated; squares are driven and recorded."""
 
 import re
 import sys
@@ -48,7 +48,7 @@ def square(turn: float, rng: np.random.Generator) -> list[FloatArray]:
 
 @settings(max_examples=30)
 @given(fits, st.integers(0, 2**32))
-def test_what_is_wrong_with_the_wheels_is_found_again(fit: WheelFit, seed: int) -> None:
+def test_known_wheel_errors_are_estimated(fit: WheelFit, seed: int) -> None:
     rng = np.random.default_rng(seed)
     legs = []
     for odometry in [*square(-pi / 2, rng), *square(pi / 2, rng)]:
@@ -62,13 +62,13 @@ def test_what_is_wrong_with_the_wheels_is_found_again(fit: WheelFit, seed: int) 
 
 
 @given(fits, st.integers(0, 2**32))
-def test_odometry_without_a_difference_is_left_alone(fit: WheelFit, seed: int) -> None:
+def test_exact_odometry_needs_no_correction(fit: WheelFit, seed: int) -> None:
     odometry = np.concatenate(square(pi / 2, np.random.default_rng(seed)))
     np.testing.assert_allclose(corrected(odometry, TRACK, WheelFit())[:, :2], odometry[:, :2], atol=1e-9)
 
 
 @given(fits, st.floats(-1, 1), st.floats(-2, 2))
-def test_the_driver_corrects_as_the_fit_means_it(fit: WheelFit, linear: float, angular: float) -> None:
+def test_the_driver_applies_the_fitted_correction(fit: WheelFit, linear: float, angular: float) -> None:
     rim = angular * TRACK / 2.0
     begin, left, right = np.zeros(3), np.array([linear - rim]), np.array([linear + rim])
     expected = dead_reckoned(begin, fit.left * left, fit.right * right, fit.track * TRACK)[-1]
@@ -78,7 +78,7 @@ def test_the_driver_corrects_as_the_fit_means_it(fit: WheelFit, linear: float, a
     assert corrected_twist.linear == pytest.approx((fit.left * left[0] + fit.right * right[0]) / 2.0)
 
 
-def test_errors_say_how_far_squares_disagree() -> None:
+def test_standard_errors_show_the_spread_of_the_squares() -> None:
     rng = np.random.default_rng(1)
     squares = [[Leg(legs, legs) for legs in square(turn, rng)] for turn in (-pi / 2, pi / 2, pi / 2)]
     errors = fit_errors(squares, TRACK)
@@ -88,13 +88,13 @@ def test_errors_say_how_far_squares_disagree() -> None:
     assert (errors.left, errors.right) == pytest.approx((0.01 / 3, 0.01 / 3), rel=0.3)
 
 
-def test_straight_ways_alone_do_not_tell() -> None:
+def test_straight_paths_alone_are_refused() -> None:
     straight = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     with pytest.raises(InputError, match="straight legs and turns"):
         fit_wheels([Leg(straight, straight)] * 8, TRACK)
 
 
-def test_the_simulated_robot_gets_the_wheels_it_has(tmp_path: Path) -> None:
+def test_the_simulated_wheels_are_estimated(tmp_path: Path) -> None:
     exact = ["robot.odometry.travel_noise=0", "robot.odometry.firmware_units=false", "lidar.caster=exact"]
     scenario = load_scenario("umbmark_room", exact)
     found = calibrate(scenario, Square(size=1.0, laps=1, speed=0.5, turn_speed=1.0), "sim", lambda _: None)
@@ -132,7 +132,7 @@ def test_the_command_writes_a_scenario_a_picture_and_a_table(
         (["--out", "/nowhere/wheels.yaml"], "cannot be written there"),
     ],
 )
-def test_what_does_not_fit_is_refused(
+def test_unsuitable_runs_are_refused(
     words: list[str], complaint: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["hopslam", "calibrate", "square", *words])

@@ -1,4 +1,4 @@
-"""CARMEN logs: what a message says, what is no echo, what is garbled, and the recorded ones."""
+"""CARMEN logs: messages, missing echoes, garbled lines, and recorded logs."""
 
 import gzip
 from collections.abc import Sequence
@@ -45,7 +45,7 @@ def read(directory: Path, *lines: str) -> Log:
     return read_log(path)
 
 
-def test_an_old_message(tmp_path: Path) -> None:
+def test_an_old_message_is_read(tmp_path: Path) -> None:
     start, end = Pose2D(4.0, 2.0, pi / 2), Pose2D(4.0, 3.0, pi)
     log = read(tmp_path, flaser([1.5, 2.5, 0.0], 7.25, start), flaser([1.0, 2.0, 90.0], 7.5, end))
     assert len(log) == 2
@@ -58,7 +58,7 @@ def test_an_old_message(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("beams", "increment", "last"), [(180, 1, 89), (181, 1, 90), (360, 0.5, 89.5), (361, 0.5, 90)])
-def test_the_fan_of_an_old_message(tmp_path: Path, beams: int, increment: float, last: float) -> None:
+def test_the_fan_of_an_old_message_is_known(tmp_path: Path, beams: int, increment: float, last: float) -> None:
     scan = read(tmp_path, flaser([1.0 + 0.01 * j for j in range(beams)], 1.0)).scan(0)
     assert scan.angle_min == pytest.approx(-pi / 2)
     assert scan.angle_increment == pytest.approx(radians(increment))
@@ -66,7 +66,7 @@ def test_the_fan_of_an_old_message(tmp_path: Path, beams: int, increment: float,
     assert len(scan.points()) == beams
 
 
-def test_a_new_message(tmp_path: Path) -> None:
+def test_a_new_message_is_read(tmp_path: Path) -> None:
     robot = Pose2D(1.0, 2.0, 0.7)
     log = read(tmp_path, robotlaser1([3.0, 20.0, 0.0, 19.99, 81.83], 5.0, robot @ Pose2D(0.25, -0.1, 3.1), robot))
     scan = log.scan(0)
@@ -88,7 +88,7 @@ def test_a_new_message(tmp_path: Path) -> None:
         ([7.0, float("inf"), float("inf"), 3.0], 80.0),
     ],
 )
-def test_the_reach_of_an_old_log(tmp_path: Path, ranges: list[float], range_max: float) -> None:
+def test_the_reach_of_an_old_log_is_known(tmp_path: Path, ranges: list[float], range_max: float) -> None:
     scan = read(tmp_path, flaser(ranges, 1.0)).scan(0)
     assert scan.range_max == range_max
     np.testing.assert_array_equal(np.isfinite(scan.ranges), [0 < r < range_max for r in ranges])
@@ -103,7 +103,7 @@ def test_the_mount_is_a_median(tmp_path: Path) -> None:
     assert (cos(log.T_base_laser.theta), sin(log.T_base_laser.theta)) == pytest.approx((-1.0, 0.0))
 
 
-def test_corrected_laser_poses_are_no_mount(tmp_path: Path) -> None:
+def test_corrected_laser_poses_do_not_define_the_mount(tmp_path: Path) -> None:
     log = read(tmp_path, *(flaser([1.0, 2.0], float(i), Pose2D(i), Pose2D(i, 0.1 * i)) for i in range(5)))
     assert log.T_base_laser == ORIGIN
     assert "not fixed to the robot" in log.report
@@ -146,7 +146,7 @@ GOOD = [robotlaser1([1.0, 2.0, 3.0], float(i)) for i in range(1, 6)]
         ("\0\1\2", "not a message"),
     ],
 )
-def test_a_bad_line_costs_itself_only(tmp_path: Path, line: str, kind: str) -> None:
+def test_a_bad_line_loses_no_other_line(tmp_path: Path, line: str, kind: str) -> None:
     log = read(tmp_path, *GOOD[:2], line, *GOOD[2:])
     np.testing.assert_array_equal(log.stamps, [1, 2, 3, 4, 5])
     assert dict(log.skipped) == {kind: 1}
@@ -178,7 +178,7 @@ def test_a_garbled_stamp_costs_no_scan(tmp_path: Path) -> None:
     assert log.report == "6 scans; stamps that do not increase, set between their neighbours (1: line 3)"
 
 
-def test_the_logger_may_have_left_out_its_own_time(tmp_path: Path) -> None:
+def test_the_logger_time_is_optional(tmp_path: Path) -> None:
     assert len(read(tmp_path, GOOD[0].rpartition(" ")[0])) == 1
 
 
@@ -189,7 +189,7 @@ def test_gzip_is_known_by_content(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", ["cut", "corrupt"])
-def test_a_damaged_gzip_gives_what_can_be_read(tmp_path: Path, damage: str) -> None:
+def test_a_damaged_gzip_is_read_up_to_the_damage(tmp_path: Path, damage: str) -> None:
     ranges = np.random.default_rng(0).uniform(1, 9, (500, 100)).round(3)
     whole = gzip.compress("\n".join(flaser(row.tolist(), float(i)) for i, row in enumerate(ranges)).encode())
     half = len(whole) // 2
@@ -211,7 +211,7 @@ def test_a_damaged_gzip_gives_what_can_be_read(tmp_path: Path, damage: str) -> N
         (b"PARAM a 1\nODOM 1\nODOM 1\nFLASER 3\n", "no scan in this log: 2 ODOM, 1 PARAM, 1 line skipped"),
     ],
 )
-def test_what_is_no_log_is_an_error_of_one_line(tmp_path: Path, content: bytes, message: str) -> None:
+def test_a_file_that_is_not_a_log_is_an_error_of_one_line(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / "thing"
     path.write_bytes(content)
     with pytest.raises(LogError, match=f"^{path}: .*{message}.*; need .*CARMEN|FLASER") as caught:
@@ -219,7 +219,7 @@ def test_what_is_no_log_is_an_error_of_one_line(tmp_path: Path, content: bytes, 
     assert "\n" not in str(caught.value)
 
 
-def test_what_cannot_be_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_cannot_be_opened_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(LogError, match=r"absent: no such file"):
         read_log(tmp_path / "absent")
     with pytest.raises(LogError, match=r"not a file"):
@@ -275,7 +275,7 @@ def test_damage_to_one_line_never_loses_another(tmp_path: Path, data: st.DataObj
         ("corridor_synthetic", 2240, 682, pytest.approx(65 * 1.02, rel=0.01), 0.0, 4.0, 0.2205),
     ],
 )
-def test_the_recorded_logs(
+def test_recorded_logs_are_read_completely(
     name: str, scans: int, beams: int, length: float, mount: float, range_max: float, no_echo: float
 ) -> None:
     log = read_log(DATA / f"{name}.log.gz")
@@ -299,7 +299,7 @@ def test_the_recorded_logs(
         ((0.0, -1.0), None),
     ],
 )
-def test_bearings_are_whole_steps_where_seven_digits_say_so(
+def test_bearings_are_whole_steps_if_seven_digits_agree(
     written: tuple[float, float], meant: tuple[float, float] | None
 ) -> None:
     assert whole_steps(*written) == (None if meant is None else pytest.approx(meant, rel=1e-15))

@@ -1,4 +1,4 @@
-"""Values that are hardly meant: numbers in another unit are refused, ways through walls are warned of."""
+"""Questionable values: wrong units are refused; routes through walls give a warning."""
 
 from pathlib import Path
 
@@ -61,7 +61,7 @@ def keys(scenario: Scenario) -> list[str]:
         ("people=[{waypoints: [[0, 0]], keep: 800}]", "800 mm are 0.8 m"),
     ],
 )
-def test_a_number_in_another_unit_is_refused(tmp_path: Path, setting: str, meant: str) -> None:
+def test_a_value_in_a_wrong_unit_is_refused(tmp_path: Path, setting: str, meant: str) -> None:
     file = tmp_path / "room.yaml"
     file.write_text(ROOM)
     with pytest.raises(ScenarioError, match=meant):
@@ -79,17 +79,17 @@ def test_a_number_in_another_unit_is_refused(tmp_path: Path, setting: str, meant
         {"robot": {"limits": {"angular": 300}}},
     ],
 )
-def test_an_editor_marks_it_too(data: dict[str, object]) -> None:
+def test_an_editor_marks_a_value_in_a_wrong_unit(data: dict[str, object]) -> None:
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(data, scenario_schema())
 
 
 @pytest.mark.parametrize("theta", [0.0, 3.14159, -3.14159, 6.2831])
-def test_every_angle_within_a_turn_is_meant(theta: float) -> None:
+def test_any_angle_within_one_turn_is_accepted(theta: float) -> None:
     assert room(robot={"start": {"theta": theta}}).robot.start.theta == theta
 
 
-def test_a_way_through_a_wall_is_strange_but_not_a_door() -> None:
+def test_a_route_through_a_wall_warns_but_not_through_a_door() -> None:
     assert keys(room(route={"waypoints": [[3, -1], [3, 2]]})) == []
     assert keys(room(route={"waypoints": [[3, -1], [9, -1], [9, 2], [3, 2]]})) == [
         "route.waypoints.1",
@@ -102,13 +102,13 @@ def test_a_way_through_a_wall_is_strange_but_not_a_door() -> None:
     assert keys(beside) == ["route.waypoints.0"]
 
 
-def test_a_gap_that_is_narrower_than_the_robot_is_strange() -> None:
+def test_a_gap_narrower_than_the_robot_warns() -> None:
     for width, strange in ((0.36, True), (0.42, False)):
         posts = [{"center": [2, side * (width / 2 + 0.2)], "size": [0.1, 0.4, 1]} for side in (-1, 1)]
         assert bool(keys(room(world={"boxes": posts}, route={"waypoints": [[4, 0]]}))) == strange
 
 
-def test_pushable_furniture_and_sills_obstruct_no_way() -> None:
+def test_pushable_furniture_and_sills_block_no_route() -> None:
     box = {"center": [2, 0], "size": [0.4, 0.4, 0.5]}
     ahead = {"waypoints": [[4, 0]]}
     assert keys(room(world={"boxes": [box]}, route=ahead)) == ["route.waypoints.0"]
@@ -116,7 +116,7 @@ def test_pushable_furniture_and_sills_obstruct_no_way() -> None:
     assert keys(room(world={"boxes": [box | {"size": [0.4, 0.4, 0.025]}]}, route=ahead)) == []
 
 
-def test_people_who_walk_through_walls_are_strange() -> None:
+def test_people_who_walk_through_walls_warn() -> None:
     there, back = [[0, 1], [9, 1]], [[0, 1], [2, 1]]
     around = {"waypoints": [[3, 2], [3, 0], [9, 1]], "closed": True}
     thin = [{"points": [[1, -5], [1, 5]], "thickness": 0.01}]
@@ -128,7 +128,7 @@ def test_people_who_walk_through_walls_are_strange() -> None:
     assert keys(room(people=[{"waypoints": back, "speed": 3.5}])) == ["people.0.speed"]
 
 
-def test_places_and_sizes_in_millimetres_are_strange() -> None:
+def test_places_and_sizes_in_millimetres_warn() -> None:
     far = room(route={"waypoints": [[2000, 500]]})
     assert keys(far) == ["route.waypoints.0", "route.waypoints.0"]
     assert "1996 m outside" in next(iter(find_warnings(far)))[1]
@@ -142,19 +142,19 @@ def test_places_and_sizes_in_millimetres_are_strange() -> None:
 
 
 @pytest.mark.parametrize(("factor", "strange"), [(140.0, False), (1000.0, True)])
-def test_a_whole_world_in_millimetres_is_strange(factor: float, strange: bool) -> None:
+def test_a_whole_world_in_millimetres_warns(factor: float, strange: bool) -> None:
     points = [(factor * x, factor * y) for x, y in [(-3, -2), (4, -2), (4, 3), (-3, 3)]]
     world = room(world={"walls": [{"points": points, "closed": True}]})
     assert list(find_warnings(world)) == [(("world",), "7000 m by 5000 m; lengths are in metres")] * strange
 
 
-def test_speeds_beyond_the_limits_are_strange() -> None:
+def test_speeds_beyond_the_limits_warn() -> None:
     slow = {"limits": {"linear": 0.4, "angular": 0.5}}
     assert keys(room(robot=slow, route={"speed": 0.5})) == ["route.speed", "route.turn_speed"]
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
-def test_nothing_shipped_is_strange(name: str) -> None:
+def test_shipped_scenarios_give_no_warning(name: str) -> None:
     template = load_template(name)
     for seed in range(3 if template.random else 1):
         assert template.warnings(template.draw(seed)) == []

@@ -1,4 +1,4 @@
-"""The project's own line extraction: laws, a plain reference, and what real sensors do."""
+"""The project's own line extraction: laws, a plain reference, and effects of real sensors."""
 
 from dataclasses import replace
 
@@ -72,7 +72,7 @@ def test_segments_are_runs_in_order_that_never_share_a_point(family: str, seed: 
 
 
 @given(families, seeds)
-def test_a_line_is_what_a_general_solver_finds(family: str, seed: int) -> None:
+def test_a_line_is_that_of_a_general_solver(family: str, seed: int) -> None:
     """The plain reference: least squares of 1/r over the beams of each segment, by scipy."""
     scan = make_scene(family, seed, "spec/3").scan
     noise = noise_of_sensor("urg04lx", 3.0)
@@ -103,7 +103,7 @@ def test_prefix_sums_give_the_chi_square_of_any_run(family: str, seed: int, begi
     assert chi_square(sums, begin, stop) == pytest.approx(residual @ residual, rel=1e-4, abs=1e-2)
 
 
-def test_the_bars_of_the_tuning_scenes() -> None:
+def test_the_tuning_scenes_meet_their_limits() -> None:
     """A tenth of the tuning scenes, to notice when extraction gets worse; hopslam lines measures all of it."""
     for level, sigmas, bar in (("spec/19", 19.0, 0.98), ("spec/3", 3.0, 0.96), ("spec", 1.0, 0.85)):
         config = ChiSquareConfig(sensor="urg04lx", bound_sigmas=sigmas)
@@ -132,7 +132,7 @@ def test_beams_without_echo_and_errors_are_left_out(lost: float) -> None:
     assert segments.rho[0] == pytest.approx(1.5)
 
 
-def test_a_lidar_of_unlimited_reach_takes_no_echo_for_none() -> None:
+def test_unlimited_reach_keeps_every_echo() -> None:
     ranges = 2.0 / np.cos(np.clip(LIDAR.angles, -1.2, 1.2))
     ranges[::7] = np.inf
     limited, unlimited = (replace(scan_of(ranges), range_max=far) for far in (1e6, np.inf))
@@ -141,7 +141,7 @@ def test_a_lidar_of_unlimited_reach_takes_no_echo_for_none() -> None:
     assert len(facets_of(unlimited, found[1], 0.2)) == len(facets_of(limited, found[0], 0.2)) > 0
 
 
-def test_a_gap_without_echo_parts_a_wall_from_another() -> None:
+def test_a_gap_without_echo_separates_two_walls() -> None:
     ranges = flat_wall()
     ranges[300:380] = np.inf
     ranges[380:] *= 1.3
@@ -149,7 +149,7 @@ def test_a_gap_without_echo_parts_a_wall_from_another() -> None:
     assert segments.counts.tolist() == [100, 101]
 
 
-def test_mixed_pixels_at_an_edge_belong_to_no_wall() -> None:
+def test_mixed_pixels_belong_to_no_wall() -> None:
     """Beams that are half on the near wall and half on the far one read something between the two."""
     ranges = flat_wall(3.0)
     ranges[200:340] = 1.0 / np.cos(LIDAR.angles[200:340])
@@ -169,14 +169,14 @@ def test_a_fan_may_turn_clockwise() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3])
-def test_a_tiny_scan_gives_nothing(count: int) -> None:
+def test_a_tiny_scan_gives_no_segment(count: int) -> None:
     for config in (KNOWN, ChiSquareConfig()):
         segments = segments_by_chi_square(scan_of(np.ones(count)), config)
         assert len(segments) == 0
         assert segments.start.shape == (0, 2)
 
 
-def test_beams_on_top_of_each_other_do_no_harm() -> None:
+def test_coincident_beams_do_no_harm() -> None:
     for bearings in (np.zeros(40), np.repeat(np.linspace(-0.5, 0.5, 20), 2)):
         fan = np.stack([bearings, np.cos(bearings), np.sin(bearings)])
         scan = LaserScan(0.0, 0.0, 0.1, 0.06, 4.0, 1 / np.cos(bearings), beam_fan=fan)
@@ -185,7 +185,7 @@ def test_beams_on_top_of_each_other_do_no_harm() -> None:
     assert segments.rho[0] == pytest.approx(1.0)
 
 
-def test_a_sick_needs_no_other_settings() -> None:
+def test_a_sick_lidar_needs_no_other_settings() -> None:
     """180 degrees, one beam a degree, centimetre steps, 80 m: the corner of a hall."""
     angles = np.radians(np.arange(181.0) - 90.0)
     with np.errstate(divide="ignore"):
@@ -198,7 +198,7 @@ def test_a_sick_needs_no_other_settings() -> None:
     np.testing.assert_allclose(segments.end[0], [12.0, 7.0], atol=0.05)
 
 
-def test_runs_are_the_same_alone_and_among_others() -> None:
+def test_runs_do_not_depend_on_other_runs() -> None:
     """wall_runs looks at nothing but its arguments: the same bits twice."""
     scan = make_scene("clutter", 2, "spec/3").scan
     noise = noise_of_sensor("urg04lx", 3.0)

@@ -104,7 +104,7 @@ def test_a_run_is_repeated_bit_by_bit_from_its_configuration(paper_run: Path, tm
     assert (tmp_path / "again" / "trajectory.tum").read_bytes() == (paper_run / "trajectory.tum").read_bytes()
 
 
-def test_the_recording_is_whole(paper_run: Path) -> None:
+def test_the_recording_is_complete(paper_run: Path) -> None:
     rerun = Path(sys.executable).with_name("rerun")
     for recording in (paper_run.with_suffix(".rrd"), paper_run / "run.rrd"):
         checked = subprocess.run([rerun, "rrd", "verify", recording], capture_output=True, text=True)
@@ -220,7 +220,7 @@ class Interrupting:
         raise KeyboardInterrupt
 
 
-def test_ctrl_c_while_a_class_is_made_is_ctrl_c(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_during_a_constructor_is_not_an_input_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("slam.cli.main.app", lambda: type("Made", (), {"part": Interrupting()}))
     with pytest.raises(SystemExit) as left:
         main()

@@ -1,4 +1,4 @@
-"""Runs that end with their loops closed: their files, read back, and their metrics."""
+"""Runs that end with closed loops: their files, read back, and their metrics."""
 
 import json
 import shutil
@@ -45,7 +45,7 @@ def test_key_scans_lie_where_the_graph_has_them(lap_run: Path) -> None:
     np.testing.assert_allclose(lasers, graph.poses, atol=3e-6)
 
 
-def test_the_closed_trajectory_is_nearer_to_the_truth(copy: Path, lap_path: list[Pose2D]) -> None:
+def test_the_closed_trajectory_is_closer_to_the_truth(copy: Path, lap_path: list[Pose2D]) -> None:
     stamps, _ = read_tum(copy / "trajectory.tum")
     rows = zip(stamps.tolist(), lap_path, strict=True)
     (copy / "groundtruth.tum").write_text("".join(format_tum(stamp, pose) + "\n" for stamp, pose in rows))
@@ -68,7 +68,7 @@ def test_the_front_end_never_jumps(lap_run: Path, lap_path: list[Pose2D]) -> Non
     np.testing.assert_allclose(traces.local[:first], traces.estimate[:first], atol=0.1)  # as far as the map holds it
 
 
-def test_a_graph_comes_back_to_the_last_bit(lap_run: Path, tmp_path: Path) -> None:
+def test_a_graph_is_read_back_bit_for_bit(lap_run: Path, tmp_path: Path) -> None:
     path = lap_run / "graph.json"
     graph = read_graph(path)
     write_graph(tmp_path / "again.json", graph)
@@ -83,7 +83,7 @@ def test_the_same_log_gives_the_same_graph(lap_log: Path, lap_run: Path, tmp_pat
         assert (folder / name).read_bytes() == (lap_run / name).read_bytes()
 
 
-def test_without_loops_nothing_is_closed(lap_log: Path, tmp_path: Path) -> None:
+def test_without_loops_no_trajectory_is_closed(lap_log: Path, tmp_path: Path) -> None:
     experiment = replay_experiment(lap_log, load_scenario("replay", ["slam.loops=never"]))
     folder = experiment.run(tmp_path / "run", pictures=False).folder
     assert not (folder / "closed.tum").exists()
@@ -94,7 +94,7 @@ def test_without_loops_nothing_is_closed(lap_log: Path, tmp_path: Path) -> None:
     assert record.saved_map is not None
 
 
-def test_a_run_that_was_killed_is_causal(copy: Path) -> None:
+def test_a_killed_run_is_causal(copy: Path) -> None:
     for name in ("closed.tum", "graph.json", "map.json", "metrics.json"):
         (copy / name).unlink()
     record = RunRecord.open(copy)
@@ -102,7 +102,7 @@ def test_a_run_that_was_killed_is_causal(copy: Path) -> None:
     assert record.graph is None
 
 
-def test_an_older_table_is_read(copy: Path) -> None:
+def test_a_graph_table_of_an_older_version_is_read(copy: Path) -> None:
     lines = (copy / "steps.csv").read_text().splitlines()
     older = lines[0].split(",").index("local_x")
     (copy / "steps.csv").write_text("\n".join(",".join(line.split(",")[:older]) for line in lines) + "\n")
@@ -183,7 +183,7 @@ def test_a_damaged_graph_is_refused_in_one_line(copy: Path, key: str, value: Any
     assert "\n" not in str(error.value)
 
 
-def test_what_is_no_graph_is_refused(lap_run: Path, tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_graph_is_refused(lap_run: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.json"
     cut.write_text((lap_run / "graph.json").read_text()[:1000])
     for wrong in (cut, tmp_path / "none.json", tmp_path, lap_run / "map.json", lap_run / "map.png"):
@@ -192,7 +192,7 @@ def test_what_is_no_graph_is_refused(lap_run: Path, tmp_path: Path) -> None:
         assert "\n" not in str(error.value)
 
 
-def test_mapping_goes_on_in_the_closed_map(
+def test_mapping_continues_in_the_closed_map(
     lap_run: Path, lap_log: Path, lap_path: list[Pose2D], tmp_path: Path
 ) -> None:
     """The robot begins where the other run ended; the log begins elsewhere, so that it has to find its place."""

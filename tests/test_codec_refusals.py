@@ -1,4 +1,4 @@
-"""The codecs refuse, by DecodeError, what is no message of theirs."""
+"""The codecs refuse values and bytes that do not form a message, with DecodeError."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,12 +29,12 @@ PARAMETERS = SensorParameters("URG-04LX", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
     lambda: LdPacket.decode(replace(PACKET, last=PACKET.first + 3.2).encode()),
     lambda: SensorParameters.decode(replace(PARAMETERS, first=800).encode()),
 ])  # fmt: skip
-def test_what_cannot_be_a_message_is_refused(decode: Callable[[], object]) -> None:
+def test_values_that_do_not_fit_a_message_are_refused(decode: Callable[[], object]) -> None:
     with pytest.raises(DecodeError):
         decode()
 
 
-def test_whole_messages_are_read_back() -> None:
+def test_complete_messages_are_read_back() -> None:
     assert LdPacket.decode(PACKET.encode()).last == pytest.approx(PACKET.last, abs=1e-4)
     assert len(PACKET.encode()) == SIZE
     assert SensorParameters.decode(PARAMETERS.encode()) == PARAMETERS
@@ -42,16 +42,16 @@ def test_whole_messages_are_read_back() -> None:
 
 
 @pytest.mark.parametrize("size", [0, MAX_DATA + 1])
-def test_a_packet_has_room_for_its_data_alone(size: int) -> None:
+def test_a_packet_length_is_limited(size: int) -> None:
     with pytest.raises(ValueError, match="holds 1 to"):
         encode_packet(b"\x01" * size)
 
 
-def test_a_packet_is_full_with_its_most_data() -> None:
+def test_the_largest_packet_is_decoded() -> None:
     assert PacketDecoder().feed(encode_packet(b"\x01" * MAX_DATA)) == [b"\x01" * MAX_DATA]
 
 
-def test_of_garbage_without_an_end_little_is_kept() -> None:
+def test_endless_garbage_is_not_buffered() -> None:
     decoder = FrameDecoder()
     assert decoder.feed(b"x" * 100_000) == []
     ((first, status),) = decoder.feed(b"\n00P\n\n")

@@ -1,4 +1,4 @@
-"""Compiled code kept on disk is used again while what it was compiled from is the same, and only then."""
+"""The cache of compiled code is used only while its sources are unchanged."""
 
 import os
 import subprocess
@@ -129,7 +129,7 @@ def edit(file: Path, old: str, new: str) -> None:
     file.write_text(text.replace(old, new))
 
 
-def test_kept_code_is_used_while_its_sources_are_the_same(package: Path, run: Run) -> None:
+def test_cached_code_is_used_while_its_sources_are_unchanged(package: Path, run: Run) -> None:
     assert run() == (FIRST, False)
     assert run() == (FIRST, True)
     edit(package / "unrelated.py", "return x", "return 2.0 * x")
@@ -137,7 +137,7 @@ def test_kept_code_is_used_while_its_sources_are_the_same(package: Path, run: Ru
     assert run() == (FIRST, True)
 
 
-def test_an_edited_source_is_compiled_anew(package: Path, run: Run) -> None:
+def test_an_edited_source_is_compiled_again(package: Path, run: Run) -> None:
     result = FIRST
     assert run() == (result, False)
     for file, old, new, more in [
@@ -153,7 +153,7 @@ def test_an_edited_source_is_compiled_anew(package: Path, run: Run) -> None:
         assert run() == (result, False), f"{file}: {old} -> {new}"
 
 
-def test_code_compiles_without_a_place_to_keep_it(package: Path) -> None:
+def test_code_compiles_without_a_cache_folder(package: Path) -> None:
     nowhere = package / "__pycache__"
     nowhere.write_text("a file, so that no folder can be made here")
     nobody = {"NUMBA_CACHE_DIR": "", "HOME": str(nowhere), "XDG_CACHE_HOME": str(nowhere)}
@@ -161,7 +161,7 @@ def test_code_compiles_without_a_place_to_keep_it(package: Path) -> None:
         assert [run(), run()] == [(FIRST, False)] * 2
 
 
-def test_code_gives_the_same_bits_compiled_just_now_or_kept(package: Path) -> None:
+def test_fresh_and_cached_code_give_the_same_bits(package: Path) -> None:
     loops = "".join(LOOP.format(k) for k in range(4))  # too much to be put in place of a call
     (package / "chain.py").write_text(CHAIN.replace("LOOPS", loops))
     alone, inner_first = CHAIN_PROGRAM.replace("CALL", ""), CHAIN_PROGRAM.replace("CALL", "inner(x, y)")
@@ -171,7 +171,7 @@ def test_code_gives_the_same_bits_compiled_just_now_or_kept(package: Path) -> No
     assert after_inner == kept
 
 
-def test_code_hides_its_copies_of_what_it_calls(package: Path) -> None:
+def test_copies_of_called_functions_are_hidden(package: Path) -> None:
     (package / "chain.py").write_text(CHAIN.replace("LOOPS", LOOP.format(1)))
     words = CHAIN_PROGRAM.replace("CALL", "inner(x, y)") + (
         "library = next(iter(outer.overloads.values())).library\n"
@@ -183,7 +183,7 @@ def test_code_hides_its_copies_of_what_it_calls(package: Path) -> None:
     assert copies == "0"
 
 
-def test_a_function_is_cold_until_its_code_is_kept(package: Path) -> None:
+def test_a_function_is_cold_until_its_code_is_cached(package: Path) -> None:
     words = "from slam.compiled import is_cold\nfrom loops.steps import add_one\nprint(is_cold(add_one), add_one(1.0))"
     assert output(package, words) == ["True", "2.0"]
     assert output(package, words) == ["False", "2.0"]

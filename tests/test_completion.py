@@ -1,4 +1,4 @@
-"""The Tab key: what the shells are told, as their scripts ask for it."""
+"""Completion of commands in the shells."""
 
 import os
 import subprocess
@@ -48,11 +48,11 @@ def test_commands_options_and_choices_are_completed(line: str, words: list[str])
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_script_of_each_shell_asks_for_it(shell: str) -> None:
+def test_the_script_of_each_shell_requests_completion(shell: str) -> None:
     assert f"_HOPSLAM_COMPLETE=complete_{shell}" in asked({"_HOPSLAM_COMPLETE": f"source_{shell}"})
 
 
-def test_it_is_installed_for_the_shell_that_asks(tmp_path: Path) -> None:
+def test_completion_is_installed_for_the_calling_shell(tmp_path: Path) -> None:
     home = os.environ | {"HOME": str(tmp_path)}
     subprocess.run(["bash", "-c", f"{HOPSLAM} --install-completion; true"], env=home, check=True, capture_output=True)
     line = "COMP_WORDS=(hopslam run cro) COMP_CWORD=2; _hopslam_completion hopslam; echo ${COMPREPLY[@]}"

@@ -1,4 +1,4 @@
-"""Loops that bear each other out, or do not: a robot that goes the same way twice, and is lost in between."""
+"""Loops that confirm or contradict each other, for a robot that drives one path twice and is lost in between."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ RIGHT = (0.0, 0.0, 0.0)
 
 @settings(max_examples=30)
 @given(JUMPS)
-def test_two_right_loops_agree_whatever_lies_between(jump: FloatArray) -> None:
+def test_two_correct_loops_agree_whatever_the_drift(jump: FloatArray) -> None:
     graph = way_twice(jump)
     first, second = (loop(graph, jump, SUBMAPS + k, k, RIGHT) for k in (1, 2))
     assert Consistency(graph, hops(graph), first).chi_squared(second) < 1e-6
@@ -62,14 +62,14 @@ def test_two_right_loops_agree_whatever_lies_between(jump: FloatArray) -> None:
 
 
 @pytest.mark.parametrize("off", [(2.0, 0.0, 0.0), (0.0, -2.0, 0.0), (0.0, 0.0, 0.6)])
-def test_one_that_is_off_is_not_borne_out_by_one_that_is_right(off: tuple[float, float, float]) -> None:
+def test_a_wrong_loop_is_not_confirmed_by_a_correct_one(off: tuple[float, float, float]) -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     assert waiting.borne_out(loop(graph, JUMP, 5, 1, RIGHT), hops(graph), []) == []
     assert waiting.borne_out(loop(graph, JUMP, 6, 2, off), hops(graph), []) == []
 
 
-def test_a_second_loop_frees_the_first_a_wrong_one_waits() -> None:
+def test_a_second_loop_confirms_the_first_a_wrong_one_waits() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     right = [loop(graph, JUMP, SUBMAPS + k, k, RIGHT) for k in (1, 2, 3)]
@@ -80,21 +80,21 @@ def test_a_second_loop_frees_the_first_a_wrong_one_waits() -> None:
     assert waiting.borne_out(loop(graph, JUMP, 4, 0, RIGHT), hops(graph), right[:2]) != []
 
 
-def test_what_the_same_scans_say_twice_counts_once() -> None:
+def test_two_loops_of_the_same_scans_count_once() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     assert waiting.borne_out(loop(graph, JUMP, 5, 1, RIGHT), hops(graph), []) == []
     assert waiting.borne_out(loop(graph, JUMP, 5, 2, RIGHT), hops(graph), []) == []
 
 
-def test_over_a_break_loops_say_nothing_of_each_other() -> None:
+def test_loops_on_two_sides_of_a_break_are_independent() -> None:
     graph = way_twice(JUMP)
     across = Consistency(graph, hops(graph), loop(graph, JUMP, 5, 1, RIGHT))
     for submap, other in ((3, 0), (1, 0)):  # from the second, the way over the break is too long to be looked at
         assert across.chi_squared(loop(graph, np.zeros(3), submap, other, RIGHT)) == np.inf
 
 
-def test_one_way_is_thinkable_where_it_was_driven_but_over_a_break_anywhere() -> None:
+def test_a_path_is_limited_by_odometry_except_over_a_break() -> None:
     graph = way_twice(JUMP)
     condensed = CondensedGraph(graph, 30.0)
     candidates = LoopCandidates(graph, condensed)
@@ -111,14 +111,14 @@ def test_one_way_is_thinkable_where_it_was_driven_but_over_a_break_anywhere() ->
     assert candidates.is_out_of_reach(beyond, first, covariance)
 
 
-def test_the_wheels_alone_lead_over_a_break_and_are_doubted_there() -> None:
+def test_odometry_over_a_break_has_a_large_covariance() -> None:
     graph = way_twice(JUMP)
     information = {edge.loop: edge.information for edge in graph.odometry_edges()}
     assert [edge.loop for edge in graph.odometry_edges()].count(BREAK) == 1
     assert np.trace(information[BREAK]) < 0.1 * np.trace(information[NO_LOOP])
 
 
-def test_few_wait() -> None:
+def test_the_number_of_waiting_loops_is_limited() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     right = loop(graph, JUMP, 5, 1, RIGHT)
@@ -128,7 +128,7 @@ def test_few_wait() -> None:
     assert waiting.borne_out(loop(graph, JUMP, 6, 2, RIGHT), hops(graph), []) == []
 
 
-def test_another_number_goes_to_every_edge() -> None:
+def test_edges_are_renumbered() -> None:
     graph = way_twice(JUMP)
     other = renumbered(loop(graph, JUMP, 5, 1, RIGHT), 7)
     assert other.number == 7

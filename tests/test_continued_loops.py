@@ -1,4 +1,4 @@
-"""A run that goes on in the closed map of another: the two are one graph, in which loops are closed."""
+"""A run that continues in the closed map of another: both are one graph, in which loops are closed."""
 
 from collections.abc import Callable, Collection, Iterator
 from copy import deepcopy
@@ -126,7 +126,7 @@ def test_a_ring_driven_in_two_runs_is_closed() -> None:
     assert second().error < 0.06
 
 
-def test_the_old_part_is_bent_back_to_where_it_is() -> None:
+def test_the_old_part_is_corrected_to_its_true_place() -> None:
     truth = [PATH[k] for k in first().closed.indices]
     before, after = old_part(second(), first())
     assert len(before) == len(truth)
@@ -150,7 +150,7 @@ def test_the_pose_jumps_at_a_closure_in_the_other_process() -> None:
     assert live[-1].distance(PATH[END - 1]) < 0.2 < 0.5 * live[0].distance(PATH[BEGIN])
 
 
-def test_the_same_place_again_and_again_keeps_its_size() -> None:
+def test_revisiting_a_place_does_not_grow_the_graph() -> None:
     saved, sizes = second().saved, list[int]()
     for _ in range(2):
         again = gone_on(saved, PATH[0], 0, LAP)
@@ -178,7 +178,7 @@ def test_the_pose_is_known_before_any_loop_is_closed() -> None:
     assert len(slam.points) >= len(first().saved.mapper.map)
 
 
-def test_without_loops_or_a_graph_the_map_stays() -> None:
+def test_without_loops_or_a_graph_the_map_is_unchanged() -> None:
     bare = replace(first().saved, graph=None)
     slams = [
         relocate(NEVER, Pose2D(), deepcopy(first().saved), PATH[BEGIN]),
@@ -196,7 +196,7 @@ def written(folder: Path) -> tuple[Path, RunGraph]:
     return folder / "key_scans.npz", read_graph(folder / "graph.json")
 
 
-def test_a_known_graph_is_read_as_it_was_written(tmp_path: Path) -> None:
+def test_a_saved_graph_is_read_back_unchanged(tmp_path: Path) -> None:
     read, kept = read_known_graph(*written(tmp_path)), second().saved.graph
     assert kept is not None
     assert len(read.keys) == len(kept.keys)
@@ -233,7 +233,7 @@ def _objects(arrays: dict[str, np.ndarray]) -> None:
         (_objects, "no key scans"),
     ],
 )
-def test_key_scans_that_are_wrong_are_refused(alter: Alter, complaint: str, tmp_path: Path) -> None:
+def test_wrong_key_scans_are_refused(alter: Alter, complaint: str, tmp_path: Path) -> None:
     path, graph = written(tmp_path)
     with np.load(path) as file:
         arrays = dict(file)

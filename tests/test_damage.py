@@ -1,4 +1,4 @@
-"""Damaged run and sweep folders: what is whole is read, and what is not is named; exit codes of the same mistakes."""
+"""Damaged run and sweep folders: intact parts are read, damage is named; one mistake has one exit code."""
 
 import json
 import shutil
@@ -35,7 +35,7 @@ def cut(path: Path, end: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["trajectory.tum", "odometry.tum", "groundtruth.tum", "steps.csv"])
-def test_a_run_with_a_cut_line_is_read_up_to_it(run: Path, name: str) -> None:
+def test_a_run_is_read_up_to_a_truncated_line(run: Path, name: str) -> None:
     cut(run / name, -30)
     record = RunRecord.open(run)
     assert len(record.traces.stamps) == 3
@@ -44,7 +44,7 @@ def test_a_run_with_a_cut_line_is_read_up_to_it(run: Path, name: str) -> None:
     assert "line" in record.damage[0]
 
 
-def test_a_cut_line_map_is_read_up_to_the_cut(run: Path) -> None:
+def test_a_truncated_line_map_is_read_up_to_its_end(run: Path) -> None:
     whole = len(RunRecord.open(run).segments[0])
     cut(run / "lines.geojson", -20)
     record = RunRecord.open(run)
@@ -52,7 +52,7 @@ def test_a_cut_line_map_is_read_up_to_the_cut(run: Path) -> None:
     assert record.damage == [f"{run / 'lines.geojson'}: damaged after segment {whole - 1}"]
 
 
-def test_commands_warn_of_damage_and_go_on(run: Path) -> None:
+def test_commands_warn_of_damage_and_continue(run: Path) -> None:
     cut(run / "steps.csv", -30)
     for command in (["report", str(run)], ["export", str(run), "--to", "tum", "--out", str(run / "a.tum")]):
         done = CliRunner().invoke(app, command)
@@ -70,7 +70,7 @@ def test_commands_warn_of_damage_and_go_on(run: Path) -> None:
         ("{", "Expec"),
     ],
 )
-def test_metrics_that_are_none_are_refused(run: Path, text: str, fault: str) -> None:
+def test_invalid_metrics_are_refused(run: Path, text: str, fault: str) -> None:
     (run / "metrics.json").write_text(text)
     with pytest.raises(InputError, match=rf"metrics\.json: .*{fault}.*remove it"):
         RunRecord.open(run)
@@ -81,7 +81,7 @@ def test_metrics_that_are_none_are_refused(run: Path, text: str, fault: str) -> 
     ["export RUN --to tum --out FILE/a", "report RUN --out FILE/a", "animate RUN --out FILE/a.gif",
      "optimize RUN --out FILE/a", "export NO --to tum --out a", "report NO", "animate NO", "optimize NO", "eval NO"],
 )  # fmt: skip
-def test_the_same_mistake_has_the_same_exit_code(run: Path, tmp_path: Path, command: str) -> None:
+def test_one_mistake_has_one_exit_code_in_all_commands(run: Path, tmp_path: Path, command: str) -> None:
     (tmp_path / "file").write_text("")
     words = {"RUN": str(run), "NO": str(tmp_path / "no")}
     done = CliRunner().invoke(app, [words.get(w, w).replace("FILE", str(tmp_path / "file")) for w in command.split()])
@@ -89,7 +89,7 @@ def test_the_same_mistake_has_the_same_exit_code(run: Path, tmp_path: Path, comm
     assert done.exception.exit_code == 2
 
 
-def test_a_damaged_row_is_set_aside_named_and_missing(tmp_path: Path) -> None:
+def test_a_damaged_row_is_set_aside_and_named(tmp_path: Path) -> None:
     sweep_folder(tmp_path)
     (tmp_path / "rows" / f"{3:016x}.json").write_text('{"id": "3"}')
     (tmp_path / "rows" / "x.json").write_text(json.dumps(sweep_row(5)))
@@ -103,7 +103,7 @@ def test_a_damaged_row_is_set_aside_named_and_missing(tmp_path: Path) -> None:
     assert (tmp_path / "rows" / ".damaged-x.json").is_file()
 
 
-def test_of_damaged_results_what_is_whole_is_kept(tmp_path: Path) -> None:
+def test_undamaged_results_are_kept(tmp_path: Path) -> None:
     sweep_folder(tmp_path)
     cut(tmp_path / RESULTS, -50)
     with pytest.raises(InputError, match="damaged, or not the results of a sweep"):
@@ -113,7 +113,7 @@ def test_of_damaged_results_what_is_whole_is_kept(tmp_path: Path) -> None:
     assert ResultStore(Folder(str(tmp_path))).done() == {f"{3:016x}"}  # that of the journal
 
 
-def test_links_in_a_sweep_are_no_fault(tmp_path: Path) -> None:
+def test_symbolic_links_in_a_sweep_are_allowed(tmp_path: Path) -> None:
     sweep_folder(tmp_path / "real")
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "real" / "report").symlink_to(tmp_path / "elsewhere")
@@ -122,7 +122,7 @@ def test_links_in_a_sweep_are_no_fault(tmp_path: Path) -> None:
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
-def test_a_damaged_chunk_costs_itself_only(tmp_path: Path) -> None:
+def test_a_damaged_chunk_loses_no_other_chunk(tmp_path: Path) -> None:
     mcap(tmp_path)
     ros1_bag(tmp_path)
     for name in ("ZSTD.mcap", "bz2.bag"):
@@ -136,7 +136,7 @@ def test_a_damaged_chunk_costs_itself_only(tmp_path: Path) -> None:
         assert 0 < len(log) <= scans
 
 
-def test_a_damaged_message_of_a_packed_bag_costs_itself_only(tmp_path: Path) -> None:
+def test_a_damaged_packed_message_loses_no_other(tmp_path: Path) -> None:
     ros2_bag(tmp_path, SQLITE, MESSAGE)
     file = next((tmp_path / "bag").glob("*.db3"))
     data = file.read_bytes()

@@ -1,4 +1,4 @@
-"""Deskewing on the simulated robot: the mission's lidar, turning."""
+"""Deskewing of scans of the simulated robot with a turning lidar."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ def test_deskewed_points_of_a_turning_lidar_lie_on_walls(room: Scenario, turning
     assert straight < raw / 5
 
 
-def test_the_heading_gains(room: Scenario, turning: list[Observation]) -> None:
+def test_deskewing_improves_the_heading(room: Scenario, turning: list[Observation]) -> None:
     def worst_heading(deskew: bool) -> float:
         slam = LineSlam(room.slam.model_copy(update={"deskew": deskew}), room.lidar.mount.pose, turning[0].T_map_base)
         errors = []

@@ -1,4 +1,4 @@
-"""The main directions of a building, and the heading that they tell."""
+"""The main directions of a building, and the heading found from them."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -90,7 +90,7 @@ def test_walls_two_degrees_apart_make_an_unsure_direction() -> None:
 
 
 @given(seed=st.integers(0, 20))
-def test_a_round_room_has_none(seed: int) -> None:
+def test_a_round_room_has_no_direction(seed: int) -> None:
     assert len(learnt(np.random.default_rng(seed).uniform(0.0, 2 * pi, 300)).main) == 0
 
 
@@ -107,7 +107,7 @@ def test_a_well_known_mean_ignores_a_drifting_heading() -> None:
     assert directions.clusters.shape == (MAX_CLUSTERS, 3)
 
 
-def test_the_heading_of_three_walls() -> None:
+def test_the_heading_is_found_from_three_walls() -> None:
     turn, variance = turn_to_main(walls_at(2.0, 92.0, 182.0), main_at(0.0), 0.0, radians(8.0))
     assert np.degrees(turn) == pytest.approx(-2.0, abs=1e-6)
     assert variance == pytest.approx(EXACT + 1e-6)
@@ -121,7 +121,7 @@ def test_the_heading_of_three_walls() -> None:
         (walls_at(5.0), main_at(0.0, 10.0)),  # either way
     ],
 )
-def test_walls_that_do_not_tell(walls: FloatArray, main: FloatArray) -> None:
+def test_ambiguous_walls_give_no_heading(walls: FloatArray, main: FloatArray) -> None:
     assert turn_to_main(walls, main, 0.0, radians(8.0)) == (0.0, np.inf)
 
 
@@ -164,7 +164,7 @@ def test_directions_reduce_the_drift_in_a_hall(scan_of: Scanner, tilt: float) ->
     assert error["auto"] <= error["never"] + radians(0.05)
 
 
-def test_where_there_are_none_not_a_bit_changes(scan_of: Scanner) -> None:
+def test_without_directions_the_run_is_bit_for_bit_the_same(scan_of: Scanner) -> None:
     path = [Pose2D(0.02 * k, 0.0, 0.05 * k) for k in range(30)]
     auto, never = (headings(scan_of, NONAGON, directions, path, 1) for directions in ("auto", "never"))
     assert np.array_equal(auto, never)

@@ -1,4 +1,4 @@
-"""Every call that changes a file fails once: it is said, and what is left is whole and read by our own commands."""
+"""Each call that changes a file fails once: the failure is reported and all files stay readable."""
 
 import errno
 import json
@@ -95,7 +95,7 @@ def one_fault(name: str) -> list[tuple[int, int | None, bool]]:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_failing_call_is_said_and_leaves_readable_files(
+def test_a_failed_write_is_reported_and_files_stay_readable(
     name: str,
     small_run: Path,
     tmp_path: Path,
@@ -136,7 +136,7 @@ def test_a_failing_call_is_said_and_leaves_readable_files(
 
 
 @pytest.mark.parametrize("fault", [errno.ENOSPC, errno.EIO])
-def test_tables_of_a_benchmark_fail_as_all_else_does(tmp_path: Path, fault: int) -> None:
+def test_a_failed_write_of_a_benchmark_table_is_reported(tmp_path: Path, fault: int) -> None:
     path = tmp_path / "tables.md"
     with (
         using_disk(FaultyDisk(0, fault, forever=True)),

@@ -1,4 +1,4 @@
-"""README and docs cannot rot: commands and code run, YAML is scenarios or sweeps, links lead somewhere."""
+"""README and docs match the code: commands and code run, YAML is valid, links exist."""
 
 import gzip
 import re
@@ -75,7 +75,7 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
-def test_every_block_of_the_page_does_what_it_should(
+def test_every_code_block_of_a_page_runs(
     page: Path, prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.copytree(prepared, tmp_path, symlinks=True, dirs_exist_ok=True)
@@ -203,7 +203,7 @@ def test_links_and_pictures_exist() -> None:
             assert made or (page.parent / target).exists(), f"{page.name}: {target}"
 
 
-def test_names_stand_in_the_files_that_pages_say() -> None:
+def test_names_exist_in_the_files_that_pages_cite() -> None:
     for page in PAGES:
         for name, path in re.findall(r"`(\w+)`\s+(?:in|of)\s+`([\w/]+/\w+\.py)`", page.read_text()):
             code = (ROOT / path).read_text()

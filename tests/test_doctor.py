@@ -1,4 +1,4 @@
-"""hopslam doctor: what devices say of themselves, and what ports say that cannot be used."""
+"""``hopslam doctor``: reports of devices, and messages on ports that cannot be used."""
 
 import errno
 import os
@@ -82,7 +82,7 @@ def serving(answer: Callable[[str], str]) -> Iterator[SimpleNamespace]:
         ({"BM": "01"}, "Laser malfunction", '"Laser malfunction"'),
     ],
 )
-def test_doctor_repeats_what_a_lidar_says(statuses: dict[str, str], state: str, said: str) -> None:
+def test_doctor_prints_the_report_of_a_lidar(statuses: dict[str, str], state: str, said: str) -> None:
     with serving(lambda command: lidar_answer(command, statuses, state)) as lidar:
         finding = examine(lidar.port, 500000)
     assert "serial number H1" in finding.words
@@ -91,7 +91,7 @@ def test_doctor_repeats_what_a_lidar_says(statuses: dict[str, str], state: str, 
     assert lidar.heard[-1] == "QT"
 
 
-def test_doctor_repeats_what_a_robot_says() -> None:
+def test_doctor_prints_the_report_of_a_robot() -> None:
     with Emulator(plan_plant(load_scenario("corridor")), TcpPort(), paced=False) as emulator:
         assert emulator.truth  # its loops are compiled now
         port = emulator.robot.port.address
@@ -139,13 +139,13 @@ def test_a_wrong_port_is_one_line_and_exit_code_3(
         (errno.ETIMEDOUT, "the host does not answer"),
     ],
 )
-def test_reasons_of_the_system_have_a_next_step(number: int, said: str) -> None:
+def test_system_errors_name_a_next_step(number: int, said: str) -> None:
     hidden = OSError("could not open port")  # as pyserial hides it
     hidden.__context__ = OSError(number, os.strerror(number))
     assert said in reason_of("/dev/ttyUSB0", hidden)
 
 
-def test_a_port_in_use_says_so() -> None:
+def test_a_port_in_use_is_reported() -> None:
     master, slave = pty.openpty()
     first = SerialPort(os.ttyname(slave), 9600)
     with pytest.raises(PortLost, match="another program is using it"):
@@ -172,7 +172,7 @@ def test_only_likely_ports_are_examined(monkeypatch: pytest.MonkeyPatch, capsys:
     assert "/dev/ttyUSB9: there is no such port" in said
 
 
-def test_latency_timer_is_found_behind_a_link(tmp_path: Path) -> None:
+def test_the_latency_timer_is_found_through_a_symbolic_link(tmp_path: Path) -> None:
     timer = tmp_path / "ttyUSB3" / "latency_timer"
     timer.parent.mkdir()
     timer.write_text("16\n")

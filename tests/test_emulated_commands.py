@@ -72,7 +72,7 @@ def sip_flags(found: dict[int, list[bytes]]) -> tuple[int, int]:
     ("argument", "array", "readings"),
     [(0, 0, 0), (1, 1, 8), (2, 0, 0), (3, 1, 8), (5, 1, 8)],  # all off, all on, array 1 off, on, array 2 is not there
 )
-def test_flags_follow_the_sonar(argument: int, array: int, readings: int) -> None:
+def test_the_flags_report_the_sonar(argument: int, array: int, readings: int) -> None:
     robot = opened()
     flags, count = sip_flags(cycle(robot, command(SONAR, argument)))
     assert (flags >> 1 & 0xF, count) == (array, readings)
@@ -94,7 +94,7 @@ def test_packets_on_request_come_once_or_in_every_cycle(number: int, kind: int) 
     assert kind not in cycle(robot, command(number, 0), 2)
 
 
-def test_inputs_and_outputs() -> None:
+def test_inputs_and_outputs_are_reported() -> None:
     robot = opened()
     robot.receive(command(DIGOUT, 0x0F05), robot.due)
     found = cycle(robot, command(IOREQUEST, 1) + command(DIGOUT, 0x0102) + command(ADSEL, 4))
@@ -133,7 +133,7 @@ def test_a_battery_can_be_tested_and_the_robot_reset() -> None:
 
 
 @pytest.mark.parametrize("form", [None, 0, 1, 0x0305])
-def test_every_command_is_taken_and_config_is_answered(form: int | None) -> None:
+def test_every_command_is_accepted_and_config_answered(form: int | None) -> None:
     for number in range(256):
         robot = opened()
         answer = robot.receive(command(number, form), robot.due)

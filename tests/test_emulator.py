@@ -1,4 +1,4 @@
-"""The emulated devices in a time of their own: bytes in, bytes out, nothing waits."""
+"""The emulated devices in simulated time: bytes in, bytes out, without waiting."""
 
 from dataclasses import replace
 from random import Random
@@ -54,7 +54,7 @@ def sips(robot: EmulatedP3dx, seconds: float) -> list[Sip]:
     return [Sip.decode(packet, P3DX_SH) for packet in packets if packet[0] in (0x32, 0x33)]
 
 
-def test_nothing_but_the_handshake_before_open() -> None:
+def test_before_open_only_the_handshake_is_answered() -> None:
     robot = EmulatedP3dx(plant())
     assert run(robot, 1.0) == b""
     assert robot.receive(b"WMS2\r", robot.due) == b""
@@ -90,14 +90,14 @@ def test_motors_obey_within_limits_and_ramps_once_enabled() -> None:
 
 
 @pytest.mark.parametrize("argument", [encode_vel2(-0.2, 0.2).argument, 0xF60A])
-def test_both_encodings_of_wheel_speeds(argument: int) -> None:
+def test_both_encodings_of_wheel_speeds_are_understood(argument: int) -> None:
     robot = opened()
     say(robot, Command(CommandId.ENABLE, 1), Command(CommandId.VEL2, argument))
     (last,) = sips(robot, 1.5)[-1:]
     assert (last.left, last.right) == (pytest.approx(-0.2, abs=0.002), pytest.approx(0.2, abs=0.002))
 
 
-def test_a_way_and_a_turn_end_where_they_should() -> None:
+def test_a_move_and_a_turn_end_at_their_targets() -> None:
     robot = opened()
     say(robot, Command(CommandId.ENABLE, 1), Command.of(CommandId.MOVE, 0.4), Command.of(CommandId.DHEAD, -0.5))
     for _ in range(4):
@@ -125,7 +125,7 @@ def test_sonar_and_outputs_are_switched() -> None:
         assert say(robot, Command(ignored, 1)) == []
 
 
-def test_the_watchdog_stops_it_and_any_command_keeps_it_going() -> None:
+def test_the_watchdog_stops_a_robot_without_commands() -> None:
     robot = opened()
     say(robot, Command(CommandId.ENABLE, 1), Command.of(CommandId.VEL, 0.3))
     assert sips(robot, 1.9)[-1].moving
@@ -134,7 +134,7 @@ def test_the_watchdog_stops_it_and_any_command_keeps_it_going() -> None:
     assert not sips(robot, 1.0)[-1].moving
 
 
-def test_emergency_stop() -> None:
+def test_an_emergency_stop_stops_the_robot_at_once() -> None:
     robot = opened()
     say(robot, Command(CommandId.ENABLE, 1), Command.of(CommandId.VEL, 1.0))
     run(robot, 4.0)
@@ -150,7 +150,7 @@ def test_emergency_stop() -> None:
     assert sips(robot, 0.2)[-1].motors_enabled
 
 
-def test_settings_encoders_origin_and_bit_rate() -> None:
+def test_settings_encoders_origin_and_bit_rate_are_emulated() -> None:
     robot = opened(replace(FACTORY_CONFIG, watchdog=1.5))
     (answer,) = say(robot, Command(CommandId.CONFIG, 1))
     assert answer[0] == CONFIG_PACKET
@@ -181,7 +181,7 @@ def awake() -> EmulatedUrg04lx:
     return lidar
 
 
-def test_it_wakes_up_in_scip_1_1_with_its_laser_off() -> None:
+def test_the_lidar_starts_in_scip_1_1_with_its_laser_off() -> None:
     lidar = EmulatedUrg04lx(plant())
     assert lidar.receive(b"QT\n", 0.0) == b""
     (lines,) = FrameDecoder().feed(run(lidar, 0.1))
@@ -199,7 +199,7 @@ def statuses(lidar: EmulatedUrg04lx, *commands: str) -> list[str]:
     return [answers(lidar, command)[0].status for command in commands]
 
 
-def test_statuses() -> None:
+def test_status_commands_report_the_state() -> None:
     lidar = awake()
     assert statuses(lidar, "GD0044072501", "BM", "BM", "XX", "SCIP2.0") == ["10", "00", "02", "0E", "0E"]
     assert statuses(lidar, "MD0044080001000", "MD0100004401000", "MDxx") == ["04", "05", "0C"]
@@ -218,7 +218,7 @@ def test_statuses() -> None:
     assert lidar.baud == 19200
 
 
-def test_a_reboot_ends_everything_and_is_over_after_a_while() -> None:
+def test_a_reboot_resets_the_lidar_and_takes_time() -> None:
     lidar = awake()
     answers(lidar, "TM0")
     lidar.reboot(lidar.due)
@@ -276,7 +276,7 @@ def scans(lidar: EmulatedUrg04lx, command: str, seconds: float) -> list[ScanData
     return [decode_scan(reply) for reply in answers(lidar, command, seconds) if reply.lines]
 
 
-def test_one_answer_a_turn() -> None:
+def test_commands_are_answered_one_by_one() -> None:
     lidar = awake()
     lidar.receive(b"VV\nPP\nII\n", 0.0)
     assert [len(FrameDecoder().feed(run(lidar, 0.1))) for _ in range(4)] == [1, 1, 1, 0]
@@ -304,7 +304,7 @@ def test_a_counted_number_of_scans_and_an_interval() -> None:
     assert len(scans(lidar, "MD0044072501100", 1.05)) in (4, 5)
 
 
-def test_clusters_give_the_least_range() -> None:
+def test_clusters_give_the_smallest_range() -> None:
     lidar = awake()
     answers(lidar, "BM", 0.3)
     single, triple = scans(lidar, "GD0044072501", 0.1)[0], scans(lidar, "GD0044072503", 0.1)[0]
@@ -313,7 +313,7 @@ def test_clusters_give_the_least_range() -> None:
     assert triple.ranges[227] == single.ranges[681]
 
 
-def test_beams_see_what_is_there_when_they_fire() -> None:
+def test_beams_see_the_world_at_the_time_they_fire() -> None:
     moving = room_plant((-1.0, 1.5), (-4.0, 4.0))
     lidar = EmulatedUrg04lx(moving)
     answers(lidar, "SCIP2.0")
@@ -328,7 +328,7 @@ def test_beams_see_what_is_there_when_they_fire() -> None:
     assert left_behind[0] - left_behind[1] == pytest.approx(0.5 * (723 - 46) * 0.1 / 1024, abs=1.1e-3)
 
 
-def test_a_line_takes_its_time() -> None:
+def test_a_line_delivers_bytes_at_its_bit_rate() -> None:
     line = SerialLine()
     line.send(bytes(96), 0.0, 9600)
     arrived = [b"".join(chunk for chunk, _ in line.take_arrived(now)) for now in (0.05, 0.1001)]
@@ -340,7 +340,7 @@ def test_a_line_takes_its_time() -> None:
     assert sum(len(chunk) for chunk, _ in line.take_arrived(1e9)) <= 16_384
 
 
-def test_noise_damages_about_as_many_bytes_as_it_says() -> None:
+def test_noise_damages_the_given_share_of_bytes() -> None:
     clean = bytes(10_000)
     damaged = LineNoise(bit_errors=0.01).damage(clean, Random(1))
     assert 50 < sum(map(bool, damaged)) < 200
@@ -361,7 +361,7 @@ def test_noise_damages_about_as_many_bytes_as_it_says() -> None:
         ["SCIP2.0", "TM0", "QT", "TM2", "QT", "PP", "MD0044072501000"],  # urg_library, after a client left in time mode
     ],
 )
-def test_the_ways_in_which_other_software_begins(commands: list[str]) -> None:
+def test_handshakes_of_other_software_are_answered(commands: list[str]) -> None:
     lidar = EmulatedUrg04lx(plant())
     for command in commands:
         said = lidar.receive(command.encode() + b"\n", lidar.due) + run(lidar, 0.1)
@@ -374,7 +374,7 @@ def test_the_ways_in_which_other_software_begins(commands: list[str]) -> None:
     assert {scan.request.encode() for scan in found} == {commands[-1]}
 
 
-def test_the_way_in_which_aria_begins() -> None:
+def test_the_handshake_of_aria_is_answered() -> None:
     robot = EmulatedP3dx(plant())
     robot.receive(b"WMS2\r", robot.due)
     for wire in ("FAFB03000000", "FAFB03010001"):

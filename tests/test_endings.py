@@ -1,4 +1,4 @@
-"""A program ends, is suspended, or loses its terminal: the driver stops the robot, before its watchdog does."""
+"""When a program ends, is suspended or loses its terminal, the driver stops the robot."""
 
 import os
 import signal
@@ -41,7 +41,7 @@ def own(name: str) -> Ending:
     ],
     ids=lambda value: value.name if isinstance(value, Ending) else "",
 )
-def test_the_robot_stands_when_its_program_ends(ending: Ending, exit_codes: set[int]) -> None:
+def test_the_robot_stops_when_its_program_ends(ending: Ending, exit_codes: set[int]) -> None:
     result = ending_result(ending, "plan", IN_TIME)
     assert result.to_command is not None
     assert result.to_stand is not None
@@ -49,13 +49,13 @@ def test_the_robot_stands_when_its_program_ends(ending: Ending, exit_codes: set[
 
 
 @pytest.mark.parametrize(("name", "exit_code", "recorded"), [("SIGHUP", 129, True), ("disk full", 3, False)])
-def test_the_robot_of_a_run_stands_when_it_ends(name: str, exit_code: int, recorded: bool) -> None:
+def test_the_robot_stops_when_its_run_ends(name: str, exit_code: int, recorded: bool) -> None:
     result = ending_result(BY_NAME[name], "plan", IN_TIME)
     assert result.to_stand is not None
     assert (result.exit_code, result.recorded) == (exit_code, recorded)
 
 
-def test_a_robot_never_moves_after_its_reader_ended() -> None:
+def test_a_robot_stops_when_the_output_pipe_closes() -> None:
     with (
         emulated_devices(load_scenario("corridor"), plant="plan") as emulator,
         emulator,
@@ -99,7 +99,7 @@ class Notes:
         self.told.set()
 
 
-def test_the_watch_gets_signals_and_restores_their_handlers() -> None:
+def test_signal_handlers_are_restored() -> None:
     seen: list[int] = []
     before = {number: signal.getsignal(number) for number in signal.valid_signals()}
     signal.signal(signal.SIGTERM, lambda number, _: seen.append(number))
@@ -147,7 +147,7 @@ def test_a_robot_closed_in_a_thread_leaves_the_signals() -> None:
     assert signal.set_wakeup_fd(-1) == -1
 
 
-def test_signals_of_a_forked_child_are_its_own() -> None:
+def test_a_forked_child_has_its_own_signals() -> None:
     notes = Notes()
     ready, tell = os.pipe()
     with process_watch(notes.stop):
@@ -166,7 +166,7 @@ def test_signals_of_a_forked_child_are_its_own() -> None:
     assert notes.ends == []
 
 
-def test_an_event_loop_still_hears_of_signals() -> None:
+def test_an_event_loop_still_gets_signals() -> None:
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     handler = signal.signal(signal.SIGINT, lambda *_: None)
@@ -203,7 +203,7 @@ def test_a_later_event_loop_does_not_keep_the_signals() -> None:
         os.close(writer)
 
 
-def test_consent_that_was_revoked_is_asked_for_even_with_yes() -> None:
+def test_revoked_consent_is_asked_for_even_with_yes() -> None:
     consent = OperatorConsent(True)
     consent.withdraw()
     assert consent.given

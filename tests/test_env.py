@@ -1,4 +1,4 @@
-"""The learning environment: its conventions, and that it is the robot and nothing else."""
+"""The learning environment: the rules of Gymnasium, and agreement with the robot."""
 
 import copy
 import pickle
@@ -65,7 +65,7 @@ def test_every_shipped_world_has_an_id_and_no_id_is_left_over() -> None:
         assert gymnasium.spec(env_id).kwargs == ({"scenario": name} if name else {})
 
 
-def test_it_is_found_without_an_import() -> None:
+def test_gymnasium_finds_the_ids_without_an_import() -> None:
     code = (
         "import gymnasium, sys; env = gymnasium.make('sim:hopslam/Corridor-v0'); "
         "observation, info = env.reset(seed=1); print(observation['scan'].shape)"
@@ -107,7 +107,7 @@ def test_resets_without_a_seed_differ() -> None:
     assert (scans[0] != scans[1]).any()
 
 
-def test_every_step_hands_out_fresh_arrays() -> None:
+def test_every_step_returns_new_arrays() -> None:
     with make(observe=ALL_VIEWS) as env:
         first, info = env.reset(seed=0)
         kept = {key: value.copy() for key, value in first.items()}, info["T_map_base"].copy()
@@ -130,7 +130,7 @@ def test_the_observation_is_what_the_robot_saw() -> None:
     np.testing.assert_array_equal(info["applied"], [1.2, 0.0])
 
 
-def test_slam_runs_only_where_something_needs_it() -> None:
+def test_slam_runs_only_if_something_needs_it() -> None:
     for arguments, runs in (({}, False), ({"observe": ["map"]}, True), ({"end_on": ["lost"]}, True)):
         with make(**arguments) as env:
             _, info = env.reset(seed=0)
@@ -148,7 +148,7 @@ def test_equal_wheel_speeds_and_twists_do_the_same() -> None:
 
 
 @pytest.mark.parametrize("action", [[0.1], [0.1, 0.2, 0.3], 0.5, [np.nan, 0.0], [np.inf, 0.0], ["a", "b"], None])
-def test_an_action_that_is_none_is_refused(action: object) -> None:
+def test_an_invalid_action_is_refused(action: object) -> None:
     with P3DXEnv("paper_simulation") as env:
         env.reset(seed=0)
         with pytest.raises(InputError, match=r"an action is \(v, omega\)"):
@@ -197,7 +197,7 @@ def test_options_change_one_episode(options: dict[str, object] | None, place: tu
         ([0, 0], "give a dict"),
     ],
 )
-def test_unknown_options_are_refused_the_episode_goes_on(options: object, complaint: str) -> None:
+def test_unknown_options_do_not_end_the_episode(options: object, complaint: str) -> None:
     with P3DXEnv("paper_simulation") as env:
         env.reset(seed=0)
         with pytest.raises(InputError, match=complaint):
@@ -205,7 +205,7 @@ def test_unknown_options_are_refused_the_episode_goes_on(options: object, compla
         env.step(STRAIGHT)
 
 
-def test_settings_are_for_names_and_files_only() -> None:
+def test_settings_need_a_scenario_name_or_file() -> None:
     scenario = load_scenario("paper_simulation")
     with pytest.raises(ScenarioError, match="the scenario is a value here"):
         P3DXEnv(scenario, "duration=3")
@@ -213,7 +213,7 @@ def test_settings_are_for_names_and_files_only() -> None:
         env.reset(options={"settings": "duration=3"})
 
 
-def test_a_bare_string_is_a_list_of_one() -> None:
+def test_a_string_is_a_list_of_one_item() -> None:
     env = P3DXEnv("paper_simulation", "duration=3", observe="scan", end_on="goal")
     assert env.scenario.duration == 3.0
     assert list(env.observation_space.spaces) == ["scan"]
@@ -235,7 +235,7 @@ def test_an_idle_env_is_copied_with_its_random_numbers() -> None:
 
 
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
-def test_an_env_that_runs_says_how_to_get_another(copied: Callable[[object], object]) -> None:
+def test_copying_a_running_env_names_the_alternative(copied: Callable[[object], object]) -> None:
     with P3DXEnv("paper_simulation") as env:
         env.reset(seed=0)
         with pytest.raises(InputError, match=r"close\(\) it first.*gymnasium\.make\(env\.spec\)"):
@@ -243,7 +243,7 @@ def test_an_env_that_runs_says_how_to_get_another(copied: Callable[[object], obj
         env.step(STRAIGHT)
 
 
-def test_before_the_first_reset_there_is_nothing_to_step() -> None:
+def test_a_step_before_the_first_reset_is_refused() -> None:
     with pytest.raises(RobotError, match="call reset"):
         P3DXEnv("paper_simulation").step(STRAIGHT)
 
@@ -270,7 +270,7 @@ def test_wrong_arguments_are_named(arguments: dict[str, object], complaint: str)
         P3DXEnv(**{"scenario": "paper_simulation"} | arguments)
 
 
-def test_progress_needs_a_route() -> None:
+def test_progress_reward_needs_a_route() -> None:
     with pytest.raises(ScenarioError, match=r"reward='progress' needs route\.waypoints"):
         P3DXEnv(Scenario(name="nowhere"))
 
@@ -282,7 +282,7 @@ def test_the_manual_lists_every_argument_with_its_default() -> None:
 
 
 @pytest.mark.parametrize(("limits", "last"), [({"settings": ["duration=1.0"]}, 9), ({"max_seconds": 0.55}, 4)])
-def test_time_truncates(limits: dict[str, object], last: int) -> None:
+def test_the_time_limit_truncates(limits: dict[str, object], last: int) -> None:
     with make(**limits) as env:
         env.reset(seed=0)
         for _ in range(last - 1):
@@ -294,7 +294,7 @@ def test_time_truncates(limits: dict[str, object], last: int) -> None:
 
 
 @pytest.mark.parametrize(("end_on", "ends"), [(["collision"], True), (["goal"], False)])
-def test_a_collision_costs_and_ends_where_it_is_asked_to(end_on: list[str], ends: bool) -> None:
+def test_a_collision_is_penalized_and_ends_if_configured(end_on: list[str], ends: bool) -> None:
     with make(end_on=end_on, collision_penalty=3.0) as env:
         env.reset(seed=0)
         for _ in range(40):
@@ -305,7 +305,7 @@ def test_a_collision_costs_and_ends_where_it_is_asked_to(end_on: list[str], ends
     assert (terminated, info["ending"]) == (ends, "collision" if ends else "")
 
 
-def test_the_goal_terminates_and_pays_the_way_there() -> None:
+def test_the_goal_terminates_and_progress_is_rewarded() -> None:
     scenario = load_scenario("paper_simulation", ["route.waypoints=[[1, 1.8]]"])
     with make(scenario=scenario, observe=["goal"]) as env:
         observation, info = env.reset(seed=0)

@@ -1,4 +1,4 @@
-"""One environment over every back end: the same spaces, keys and rules, whichever robot it is."""
+"""One environment over every back end: the same spaces, keys and rules for each robot."""
 
 import gc
 import importlib
@@ -87,14 +87,14 @@ def pose(values: np.ndarray) -> Pose2D:
     return Pose2D(*values.tolist())
 
 
-def test_on_devices_it_keeps_the_rules_of_gymnasium() -> None:
+def test_with_devices_the_rules_of_gymnasium_are_kept() -> None:
     with on_devices(observe=ALL_VIEWS) as (env, _):
         env.unwrapped.spec.nondeterministic = True  # real time never passes twice in the same way
         check_env(env.unwrapped, skip_render_check=True)  # which would open the ports a second time
 
 
 @pytest.mark.parametrize("arguments", [{}, {"observe": ALL_VIEWS, "end_on": "lost", "reward": "coverage"}])
-def test_spaces_and_info_are_simulated_ones_without_truth(arguments: dict[str, object]) -> None:
+def test_device_spaces_equal_simulated_ones_without_truth(arguments: dict[str, object]) -> None:
     kinds = []
     for opened in (simulated, on_devices):
         with opened(**arguments) as (env, _):
@@ -144,14 +144,14 @@ def test_device_episodes_begin_where_the_robot_stands() -> None:
         assert pose(info["pose"]).distance(Pose2D()) < 1e-9
 
 
-def test_nobody_can_put_a_real_robot_anywhere() -> None:
+def test_a_real_robot_cannot_be_placed() -> None:
     with on_devices() as (env, emulator):
         with pytest.raises(InputError, match=r"start: this robot cannot be put anywhere.*carry the robot"):
             env.reset(options={"start": [1.0, 0.0]})
         assert not emulator.p3dx.open
 
 
-def test_a_device_that_fails_stops_the_robot_and_says_so(tmp_path: Path) -> None:
+def test_a_failed_device_stops_the_robot_and_is_reported(tmp_path: Path) -> None:
     with devices(PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")) as (emulator, ports):
         settings = [*ports, "hardware.patience=0"]
         with gymnasium.make(ID, backend="hardware", yes=True, settings=settings) as env:
@@ -169,7 +169,7 @@ def test_a_device_that_fails_stops_the_robot_and_says_so(tmp_path: Path) -> None
             assert pose(info["pose"]).distance(emulator.truth[1]) < 0.3  # it rolled on while nothing was seen
 
 
-def test_a_lidar_that_comes_back_is_waited_for() -> None:
+def test_a_disconnected_lidar_is_waited_for() -> None:
     with on_devices() as (env, emulator):
         env.reset(seed=0)
         emulator.do(lambda: emulator.lidar.stall(emulator.now + 1.3))
@@ -182,7 +182,7 @@ def test_a_lidar_that_comes_back_is_waited_for() -> None:
 
 
 @pytest.mark.parametrize("thread", ["main", "another"])
-def test_a_robot_that_nobody_holds_any_more_stops(thread: str) -> None:
+def test_an_unreferenced_robot_stops(thread: str) -> None:
     with devices() as (emulator, ports):
         env = gymnasium.make(ID, backend="hardware", yes=True, settings=ports)
         env.reset(seed=0)
@@ -221,7 +221,7 @@ def test_interruptions_and_wrong_actions_stop_the_robot(monkeypatch: pytest.Monk
         assert not emulator.p3dx.open
 
 
-def test_without_a_yes_and_in_a_dry_run_it_never_moves() -> None:
+def test_without_consent_or_in_a_dry_run_nothing_moves() -> None:
     with on_devices(dry_run=True, yes=False) as (env, emulator):
         env.reset(seed=0)
         *_, info = env.step(FORWARD)
@@ -263,7 +263,7 @@ def test_the_documented_command_lets_a_policy_drive(
         (["train.py"], "train.py needs stable-baselines3: pip install 'hopslam[rl]'"),
     ],
 )
-def test_what_the_examples_lack_is_one_line(
+def test_a_missing_package_of_the_examples_is_one_line(
     words: list[str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -334,7 +334,7 @@ def rooms(monkeypatch: pytest.MonkeyPatch) -> Iterator[ExitStack]:
         yield stack
 
 
-def test_wheels_that_are_held_are_a_collision(rooms: ExitStack) -> None:
+def test_blocked_wheels_are_a_collision(rooms: ExitStack) -> None:
     env = rooms.enter_context(gymnasium.make(ID, backend="rooms_of_a_user:Room", collision_penalty=2.0))
     env.reset(seed=0)
     ends = [env.step(FORWARD)[2] for _ in range(2)]
@@ -354,7 +354,7 @@ def test_a_robot_without_more_scans_truncates(rooms: ExitStack) -> None:
 
 
 @pytest.mark.parametrize(("name", "anew"), [("Room", True), ("RestartableRoom", False)])
-def test_only_a_robot_that_can_be_set_back_is_kept(rooms: ExitStack, name: str, anew: bool) -> None:
+def test_only_a_resettable_robot_is_reused(rooms: ExitStack, name: str, anew: bool) -> None:
     env = rooms.enter_context(gymnasium.make(ID, backend=f"rooms_of_a_user:{name}", end_on="goal"))
     env.reset(seed=0)
     first = env.unwrapped.robot
@@ -382,6 +382,6 @@ def test_scans_of_another_lidar_are_refused(rooms: ExitStack) -> None:
         ({"dry_run": True}, "add backend='hardware'"),
     ],
 )
-def test_what_cannot_be_driven_is_refused_when_it_is_made(arguments: dict[str, object], complaint: str) -> None:
+def test_an_undrivable_robot_is_refused_at_construction(arguments: dict[str, object], complaint: str) -> None:
     with pytest.raises(InputError, match=complaint):
         gymnasium.make(ID, **arguments)

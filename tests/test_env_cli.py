@@ -10,7 +10,7 @@ from slam.errors import InputError
 runner = CliRunner(env={"COLUMNS": "200"})
 
 
-def test_the_list_has_every_id_and_what_it_is() -> None:
+def test_the_list_has_every_id_with_a_description() -> None:
     out = runner.invoke(app, ["env"]).output
     assert all(env_id in out for env_id in ENV_IDS)
     assert "A 35 m corridor" in out
@@ -27,7 +27,7 @@ def test_the_manual_is_the_docstring_with_the_spaces_as_built(name: str) -> None
     assert "6 control steps of 4 physics steps of 1/240 s" in out
 
 
-def test_an_unknown_id_is_complained_of() -> None:
+def test_an_unknown_id_is_an_error() -> None:
     result = runner.invoke(app, ["env", "Coridor-v0"])
     assert isinstance(result.exception, InputError)
     assert "did you mean hopslam/Corridor-v0?" in str(result.exception)

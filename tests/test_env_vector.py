@@ -21,7 +21,7 @@ def vector(kind: str, mode: AutoresetMode) -> VectorEnv:
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 @pytest.mark.parametrize("kind", ["sync", "async"])
-def test_every_vector_mode_gives_fresh_arrays_and_whole_infos(kind: str, mode: AutoresetMode) -> None:
+def test_vector_modes_give_new_arrays_and_complete_infos(kind: str, mode: AutoresetMode) -> None:
     envs = vector(kind, mode)
     kept = []
     observations, infos = envs.reset(seed=[1, 2])
@@ -45,7 +45,7 @@ def test_every_vector_mode_gives_fresh_arrays_and_whole_infos(kind: str, mode: A
         np.testing.assert_array_equal(array, copy)
 
 
-def test_two_in_a_vector_are_two_alone() -> None:
+def test_two_vectorized_envs_equal_two_single_ones() -> None:
     envs = vector("sync", AutoresetMode.NEXT_STEP)
     envs.reset(seed=[1, 2])
     together, rewards, *_ = envs.step(np.full((2, 2), 0.5, np.float32))

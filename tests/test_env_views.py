@@ -48,7 +48,7 @@ def test_the_map_crop_is_centred_on_the_robot_and_heads_up(env: P3DXEnv) -> None
 
 
 @pytest.mark.parametrize("form", ["polar", "xy"])
-def test_the_goal_is_told_from_where_the_robot_is(env: P3DXEnv, form: str) -> None:
+def test_the_goal_is_relative_to_the_robot(env: P3DXEnv, form: str) -> None:
     scenario, config = env.scenario, EnvConfig(observe=("goal",), goal_as=form)
     view = config.make_views(scenario, Extent.of(scenario))["goal"]
     seen, pose = env.episode.state.observation, Pose2D(1.0, 2.0, np.pi / 2)
@@ -60,7 +60,7 @@ def test_the_goal_is_told_from_where_the_robot_is(env: P3DXEnv, form: str) -> No
     assert view.of(arrived).tolist() == [0.0, 0.0]
 
 
-def test_a_course_is_the_way_through_what_is_left() -> None:
+def test_the_distance_left_is_along_the_waypoints() -> None:
     route = RouteProgress(Pose2D(), [(3.0, 0.0), (3.0, 4.0)], arrival=0.5)
     assert (route.length, route.left, route.goal) == (7.0, 7.0, Pose2D(3.0, 0.0))
     route.advance(Pose2D(-1.0, 0.0))
@@ -84,7 +84,7 @@ def test_the_picture_shows_the_world_and_changes_with_the_robot(env: P3DXEnv) ->
     assert 0 < np.count_nonzero((first != second).any(axis=2)) < 0.5 * first[:, :, 0].size
 
 
-def test_a_place_lies_in_the_picture_where_it_lies_in_the_world() -> None:
+def test_world_coordinates_map_to_pixels() -> None:
     world = {
         "boxes": [{"center": (3.0, 1.0), "size": (0.5, 0.5, 1.0)}, {"center": (-3.0, -1.0), "size": (1.0, 1.0, 1.0)}]
     }
@@ -116,7 +116,7 @@ def test_in_human_mode_every_episode_is_a_recording(tmp_path: Path, monkeypatch:
     assert all((tmp_path / f"{k}.rrd").stat().st_size > 10_000 for k in range(2))
 
 
-def test_without_a_screen_human_mode_says_so_once(
+def test_without_a_screen_human_mode_warns_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for name in ("has_display", "is_listening"):
@@ -136,7 +136,7 @@ def test_a_new_world_fits_into_the_old_picture(env: P3DXEnv) -> None:
     assert view.frame(env.episode.state, np.empty((0, 2, 2))).shape == (size[1], size[0], 3)
 
 
-def test_a_world_left_to_chance_is_another_one_with_every_seed() -> None:
+def test_a_random_world_changes_with_the_seed() -> None:
     random = ["generate.kind=office", "world.walls=[]", "world.boxes=[]", "world.tables=[]", "route.waypoints=[[1, 0]]"]
     with gymnasium.make("hopslam/P3DX-v0", scenario="corridor", settings=random, render_mode="rgb_array") as env:
         pictures: dict[int, Any] = {}
@@ -147,7 +147,7 @@ def test_a_world_left_to_chance_is_another_one_with_every_seed() -> None:
     assert pictures[1] != pictures[2]
 
 
-def test_a_lidar_left_to_chance_is_refused() -> None:
+def test_a_random_lidar_is_refused() -> None:
     def reset_often(env: P3DXEnv) -> None:
         for seed in range(20):
             env.reset(seed=seed)

@@ -61,7 +61,7 @@ def test_turning_on_the_spot_keeps_the_base_in_place(turning_log: Path, tmp_path
     np.testing.assert_allclose(poses[:, 2], TURN * np.arange(17), atol=0.02)
 
 
-def test_the_lines_that_are_kept_are_those_of_the_map(turning_log: Path, tmp_path: Path) -> None:
+def test_the_kept_lines_are_those_of_the_map(turning_log: Path, tmp_path: Path) -> None:
     run = replayed(turning_log, scenario="paper_replay")
     features = json.loads((run.run(tmp_path / "run").folder / "lines.geojson").read_text())["features"]
     ends = [feature["geometry"]["coordinates"] for feature in features]
@@ -88,7 +88,7 @@ def test_the_map_points_are_those_of_the_map(small_log: Path, tmp_path: Path, sc
     assert not (np.diff(steps["map_points"]) > 0)[steps["mapped"][1:] == 0].any()
 
 
-def test_dead_reckoning_begins_at_the_start_in_the_map_frame(tmp_path: Path) -> None:
+def test_dead_reckoning_starts_at_the_given_pose(tmp_path: Path) -> None:
     """Not at the origin: it is drawn over the map, and compared with the truth."""
     scenario = load_scenario("paper_simulation", ["duration=1"])
     folder = scenario_experiment(scenario).run(tmp_path / "run").folder

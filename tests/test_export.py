@@ -1,4 +1,4 @@
-"""Exports, each read back by a library that is not the project's, and replayed to the same run."""
+"""Exports, each read back by an independent library and replayed to the same run."""
 
 import csv
 import json
@@ -38,7 +38,7 @@ def test_every_format_that_is_offered_is_written_and_no_other() -> None:
 
 
 @pytest.mark.filterwarnings("ignore")  # evo's imports
-def test_tum_is_what_evo_reads(record: RunRecord, tmp_path: Path) -> None:
+def test_evo_reads_the_tum_file(record: RunRecord, tmp_path: Path) -> None:
     from evo.tools.file_interface import read_tum_trajectory_file
 
     export(record, "tum", tmp_path / "a.tum")
@@ -94,7 +94,7 @@ def load_map(folder: Path) -> tuple[dict[str, Any], FloatArray]:
     return header, np.where(dark >= header["occupied_thresh"], 100, np.where(dark <= header["free_thresh"], 0, -1))
 
 
-def test_a_ros_map_is_free_on_the_way_occupied_at_walls(record: RunRecord, tmp_path: Path) -> None:
+def test_a_ros_map_is_free_on_the_path_occupied_at_walls(record: RunRecord, tmp_path: Path) -> None:
     export(record, "ros", tmp_path / "map")
     header, cells = load_map(tmp_path / "map")
     assert set(np.unique(cells)) == {-1, 0, 100}
@@ -118,7 +118,7 @@ def plain_cells(start: FloatArray, end: FloatArray) -> set[tuple[int, int]]:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_rays_pass_the_cells_between(seed: int) -> None:
+def test_rays_mark_every_cell_they_cross(seed: int) -> None:
     start, end = np.random.default_rng(seed).uniform(0.0, 30.0, (2, 2))
     passes, hits = np.zeros((30, 30), np.int32), np.zeros((30, 30), np.int32)
     count_rays(passes, hits, np.zeros(2), 1.0, start, end[None], np.array([True]))
@@ -131,7 +131,7 @@ def test_rays_pass_the_cells_between(seed: int) -> None:
 
 
 @pytest.mark.parametrize("to", ["mcap", "rosbag2"])
-def test_bags_are_what_rosbags_reads(record: RunRecord, tmp_path: Path, to: str) -> None:
+def test_rosbags_reads_the_bags(record: RunRecord, tmp_path: Path, to: str) -> None:
     out = tmp_path / ("bag" if to == "rosbag2" else "a.mcap")
     export(record, to, out)
     with AnyReader([out]) as reader:
@@ -142,7 +142,7 @@ def test_bags_are_what_rosbags_reads(record: RunRecord, tmp_path: Path, to: str)
     assert (first.header.frame_id, len(first.ranges)) == ("laser", 682)
 
 
-def test_g2o_is_what_graphslam_reads(lap_run: Path, tmp_path: Path) -> None:
+def test_graphslam_reads_the_g2o_file(lap_run: Path, tmp_path: Path) -> None:
     graphslam = pytest.importorskip("graphslam.graph")
     export(RunRecord.open(lap_run), "g2o", tmp_path / "a.g2o")
     read, graph = graphslam.Graph.from_g2o(tmp_path / "a.g2o"), RunRecord.open(lap_run).graph
@@ -168,7 +168,7 @@ def test_a_run_without_loops_has_no_graph_to_export(record: RunRecord, tmp_path:
         export(RunRecord.open(tmp_path / "run"), "g2o", tmp_path / "a.g2o")
 
 
-def test_exports_show_what_is_known_in_the_end(lap_run: Path, tmp_path: Path) -> None:
+def test_exports_have_the_final_results(lap_run: Path, tmp_path: Path) -> None:
     record = RunRecord.open(lap_run)
     export(record, "tum", tmp_path / "a.tum")
     export(record, "csv", tmp_path / "a.csv")
@@ -189,7 +189,7 @@ def test_an_exported_run_replays_to_the_same_run(record: RunRecord, tmp_path: Pa
     np.testing.assert_allclose(poses, record.traces.estimate, atol=1e-3)
 
 
-def test_a_carmen_log_has_what_the_messages_have_not(record: RunRecord, tmp_path: Path) -> None:
+def test_a_carmen_log_states_the_missing_fields(record: RunRecord, tmp_path: Path) -> None:
     export(record, "carmen", tmp_path / "a.log")
     log, whole = read_log(tmp_path / "a.log"), read_log(record.folder)
     assert log.ignored.keys() == {"ODOM", "TRUEPOS"}
@@ -199,7 +199,7 @@ def test_a_carmen_log_has_what_the_messages_have_not(record: RunRecord, tmp_path
     np.testing.assert_array_equal(np.isposinf(log.ranges), np.isposinf(whole.ranges))
 
 
-def test_a_run_that_was_cut_off_is_exported_as_far_as_it_goes(record: RunRecord, tmp_path: Path) -> None:
+def test_an_interrupted_run_is_exported(record: RunRecord, tmp_path: Path) -> None:
     cut = tmp_path / "cut"
     cut.mkdir()
     for file in record.folder.iterdir():
@@ -212,7 +212,7 @@ def test_a_run_that_was_cut_off_is_exported_as_far_as_it_goes(record: RunRecord,
         assert 5 < reader.topics["/scan"].msgcount < len(record.traces.stamps)
 
 
-def test_what_cannot_be_exported(record: RunRecord, tmp_path: Path) -> None:
+def test_runs_that_cannot_be_exported_are_refused(record: RunRecord, tmp_path: Path) -> None:
     (tmp_path / "there").write_text("")
     with pytest.raises(InputError, match="already there; add --force to replace it, or choose another"):
         export(record, "tum", tmp_path / "there")

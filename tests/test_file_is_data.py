@@ -171,7 +171,7 @@ def test_no_command_runs_what_a_run_folder_names(run_folder: Path, gadget: Path)
     assert not gadget.exists()
 
 
-def test_a_run_folder_that_is_allowed_is_replayed(run_folder: Path, gadget: Path) -> None:
+def test_an_allowed_run_folder_is_replayed(run_folder: Path, gadget: Path) -> None:
     code, said = hopslam("replay", run_folder, "--allow-module", "gadget:find", "--out", "again")
     assert code == 0, said
     assert gadget.read_text().startswith("imported\ncalled ['cmd']\n")
@@ -210,7 +210,7 @@ def test_code_named_on_the_command_line_is_allowed(changes: dict[str, Any], allo
     assert list(make_plan(["corridor"], changes, ["other"]).allowed) == ["other", *allowed]
 
 
-def test_to_allow_a_module_is_to_allow_what_it_defines(tmp_path: Path, gadget: Path) -> None:
+def test_allowing_a_module_allows_its_definitions(tmp_path: Path, gadget: Path) -> None:
     """It has imported subprocess.run, which is not its own."""
     file = write(tmp_path / "evil.yaml", {"slam": {"lines": OWN | {"method": "gadget:run"}}})
     config = load_scenario(file, allow_modules=["gadget"]).slam.lines
@@ -219,7 +219,7 @@ def test_to_allow_a_module_is_to_allow_what_it_defines(tmp_path: Path, gadget: P
     assert not Path("pwned").exists()
 
 
-def test_python_allows_by_name_or_hands_over_the_function(tmp_path: Path, gadget: Path) -> None:
+def test_python_code_allows_by_name_or_passes_functions(tmp_path: Path, gadget: Path) -> None:
     file = write(tmp_path / "mine.yaml", SCENARIOS["lines"])
     arguments = {"observe": ("slam_pose",), "end_on": ("collision",)}
     for allowed in ({"allow_modules": ("gadget",)}, {"settings": ["slam.lines.method=gadget:find"]}):
@@ -256,14 +256,14 @@ def test_a_value_that_only_names_code_never_calls_it(scenario: Any, tmp_path: Pa
 @pytest.mark.parametrize(
     "method", [" gadget:find", "gadget:find ", "gadget.find", "GADGET:find", "gadget:find\n", "::"]
 )
-def test_a_name_is_allowed_to_the_letter(method: str, tmp_path: Path, gadget: Path) -> None:
+def test_names_are_allowed_only_exactly(method: str, tmp_path: Path, gadget: Path) -> None:
     file = write(tmp_path / "evil.yaml", {"extends": "corridor", "slam": {"lines": {"method": method}}})
     with pytest.raises(ScenarioError, match=r"evil\.yaml:4: slam\.lines\.method"):
         load_scenario(file, allow_modules=["gadget"] if "GADGET" in method else [])
     assert not gadget.exists()
 
 
-def test_no_tag_of_yaml_and_no_key_of_a_map_makes_anything(tmp_path: Path, gadget: Path, run_folder: Path) -> None:
+def test_yaml_tags_and_map_keys_create_no_objects(tmp_path: Path, gadget: Path, run_folder: Path) -> None:
     file = tmp_path / "evil.yaml"
     for tag in ("!!python/object/apply:gadget.find [1]", "!!python/name:gadget.find", "!!python/module:gadget"):
         file.write_text(f"extends: corridor\nname: {tag}\n")

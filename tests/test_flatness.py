@@ -1,4 +1,4 @@
-"""Memory and descriptors stay flat: of an environment that is reset, of drivers fed garbage, of an hour of a run."""
+"""Memory and file descriptors do not grow: resets of an environment, drivers fed garbage, an hour of a run."""
 
 import gc
 import random
@@ -34,7 +34,7 @@ def descriptors(process: int | str = "self") -> int:
 
 
 @pytest.mark.parametrize("scenario", ["paper_simulation", "crowded_corridor"])
-def test_an_environment_that_is_reset_stays_flat(scenario: str, pytestconfig: pytest.Config) -> None:
+def test_resets_of_an_environment_leak_no_memory(scenario: str, pytestconfig: pytest.Config) -> None:
     resets = 2000 if pytestconfig.getoption("--all-faults") else 20
     with gymnasium.make("hopslam/P3DX-v0", scenario=scenario) as env:
         for seed in range(10):
@@ -74,7 +74,7 @@ def scip() -> Callable[[bytes], object]:
 
 
 @pytest.mark.parametrize("driver", [arcos, scip])
-def test_a_driver_fed_garbage_stays_flat(
+def test_a_driver_fed_garbage_leaks_no_memory(
     driver: Callable[[], Callable[[bytes], object]], pytestconfig: pytest.Config
 ) -> None:
     count = 10**7 if pytestconfig.getoption("--all-faults") else 10**5
@@ -89,7 +89,7 @@ def test_a_driver_fed_garbage_stays_flat(
         tracemalloc.stop()
 
 
-def test_an_hour_of_a_simulated_run_stays_flat(tmp_path: Path, pytestconfig: pytest.Config) -> None:
+def test_an_hour_of_a_simulated_run_leaks_no_memory(tmp_path: Path, pytestconfig: pytest.Config) -> None:
     if not pytestconfig.getoption("--all-faults"):
         pytest.skip("takes minutes; make test-all runs it")
     out = tmp_path / "run"

@@ -1,4 +1,4 @@
-"""New files of a run folder take their places together, whatever fails on the way."""
+"""New files of a run folder replace the old ones together, whatever call fails."""
 
 import errno
 import json
@@ -43,7 +43,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_new_files_take_the_places_of_the_old(folder: Path) -> None:
+def test_new_files_replace_the_old_files(folder: Path) -> None:
     update(folder)
     assert contents(folder) == NEW
     finish_update(folder)
@@ -51,7 +51,7 @@ def test_new_files_take_the_places_of_the_old(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("at", range(4))
-def test_a_rename_that_fails_leaves_all_or_none(folder: Path, at: int) -> None:
+def test_a_failed_rename_leaves_all_new_or_all_old_files(folder: Path, at: int) -> None:
     with using_disk(FaultyDisk(at, errno.EIO)), pytest.raises(OSError, match="Input/output"):
         update(folder)
     assert (folder / READY).exists() == (at > 0)
@@ -104,7 +104,7 @@ def optimize(folder: Path) -> None:
     Optimization(RunRecord.open(folder), load_scenario(folder / "config.yaml")).run(None, Terminal(quiet=True))
 
 
-def test_scans_that_a_killed_log_lacks_are_carried_on(killed_run: Path, tmp_path: Path) -> None:
+def test_missing_scans_of_a_killed_log_are_filled_in(killed_run: Path, tmp_path: Path) -> None:
     repaired = Path(shutil.copytree(killed_run, tmp_path / "repaired"))
     scans = len(RunRecord.open(killed_run).traces.stamps)
     done = repair(repaired, Terminal(quiet=True))
@@ -119,7 +119,7 @@ def test_scans_that_a_killed_log_lacks_are_carried_on(killed_run: Path, tmp_path
     assert json.loads((repaired / "metrics.json").read_text())["scans"] == scans
 
 
-def test_files_of_fewer_scans_than_the_log_are_made_again(killed_run: Path) -> None:
+def test_files_shorter_than_the_log_are_rewritten(killed_run: Path) -> None:
     scans = sum(1 for _ in logged_observations(killed_run / "log.mcap"))
     path = killed_run / "odometry.tum"
     path.write_text("".join(path.read_text().splitlines(keepends=True)[: scans - 5]))
@@ -128,7 +128,7 @@ def test_files_of_fewer_scans_than_the_log_are_made_again(killed_run: Path) -> N
     assert len(RunRecord.open(killed_run).traces.stamps) == scans
 
 
-def test_poses_that_are_known_stay_and_gaps_follow_the_motion() -> None:
+def test_known_poses_stay_and_gaps_follow_odometry() -> None:
     stamps = 0.1 * np.arange(6)
     motion = np.column_stack([np.arange(6.0), np.zeros(6), np.full(6, np.pi / 2)])
     known, poses = stamps[[1, 2, 4]] + 1e-7, np.array([[5.0, 5.0, 0.0], [7.0, 7.0, 0.0], [9.0, 9.0, np.pi]])

@@ -60,7 +60,7 @@ def printed_correction(w: FloatArray, segments: Segments, config: ForceFieldConf
 
 @settings(max_examples=25)
 @given(st.integers(0, 1000), st.sampled_from([2.0, 3.0, 3.5]))
-def test_the_compiled_forces_are_the_printed_ones(seed: int, kappa: float) -> None:
+def test_the_compiled_forces_are_those_of_the_equations(seed: int, kappa: float) -> None:
     config = ForceFieldConfig(gamma_M=2.0, kappa=kappa)
     segments = segments_by_hopping(room(Pose2D(), 0.01, seed), HoppingConfig())
     w = room(Pose2D(0.03, -0.02, 0.02), 0.01, seed + 1)[::5]
@@ -92,7 +92,7 @@ def test_the_weighted_average_divides_by_the_weights(seed: int, kappa: float) ->
 
 
 @pytest.mark.parametrize("moved", [Pose2D(0.2, -0.15, 0.12), Pose2D(-0.15, 0.2, -0.12), Pose2D(0.2, 0.2, 0.1)])
-def test_a_large_displacement_is_put_together_exactly(moved: Pose2D) -> None:
+def test_a_large_displacement_is_composed_exactly(moved: Pose2D) -> None:
     """The sensor moved by T(dphi) dX; with dX alone, as eq. (19) adds it, these would come out 3 cm off."""
     match = match_points_to_segments(room(Pose2D()), segments_by_hopping(room(moved), HoppingConfig()), WEIGHTED)
     assert match.converged
@@ -138,7 +138,7 @@ def test_points_on_their_segments_stay() -> None:
     assert abs(match.T_prior_laser.theta) < 1e-3
 
 
-def test_a_bare_wall_leaves_the_motion_along_it_alone() -> None:
+def test_a_bare_wall_does_not_change_the_motion_along_it() -> None:
     wall = np.column_stack([np.linspace(-1, 1, 60), np.full(60, 1.0)])
     segments = segments_by_hopping(wall, HoppingConfig())
     shifted = Pose2D(y=0.02).transform(wall[10:50])  # within the wall, so that no point loses its segment
@@ -156,7 +156,7 @@ def test_with_the_printed_gains_the_update_is_plain_descent() -> None:
     assert leaky.T_prior_laser.distance(plain.T_prior_laser) < 1e-12
 
 
-def test_the_force_peaks_where_it_should() -> None:
+def test_the_force_peaks_at_its_known_distance() -> None:
     """Fig. 10: the force of one segment on one point, largest at |lambda| = (epsilon / 2)^(1/3)."""
     wall = segments_by_hopping(np.column_stack([np.linspace(-1, 1, 60), np.full(60, 1.0)]), HoppingConfig())
     offsets, constants = np.linspace(0.001, 0.2, 400), _constants(ForceFieldConfig())
@@ -164,7 +164,7 @@ def test_the_force_peaks_where_it_should() -> None:
     assert offsets[int(np.argmax(forces))] == pytest.approx((1e-4 / 2) ** (1 / 3), abs=0.001)
 
 
-def test_nothing_to_match_leaves_the_prior() -> None:
+def test_without_matches_the_prior_is_kept() -> None:
     segments = segments_by_hopping(room(Pose2D()), HoppingConfig())
     assert match_points_to_segments(np.empty((0, 2)), segments, CONFIG) is NO_MATCH
     assert (

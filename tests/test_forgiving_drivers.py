@@ -1,4 +1,4 @@
-"""Devices with the quirks that owners report: they work, or are named."""
+"""Devices with the quirks that owners report: they work, or the error names the quirk."""
 
 import logging
 import threading
@@ -35,7 +35,7 @@ def open_robot(on_config: bytes, settings: FlashSettings | None = None, subclass
         P3dx(hardware, Limits(), threading.Event(), WireSession()).close()
 
 
-def test_a_robot_that_does_not_say_its_settings(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_robot_without_a_settings_report_is_accepted(caplog: pytest.LogCaptureFixture) -> None:
     open_robot(b"", FlashSettings(watchdog=0.4))
     assert "does not report its settings (CONFIG); hardware.settings is used: a watchdog of 0.4 s" in caplog.text
     caplog.clear()
@@ -66,7 +66,7 @@ def test_settings_with_a_wrong_checksum_are_asked_twice(caplog: pytest.LogCaptur
         ("peoplebot-sh", 1.0, 1.0, 0.006),
     ],
 )
-def test_units_of_each_robot(subclass: str, distance: float, speed: float, turning: float) -> None:
+def test_each_robot_model_has_its_units(subclass: str, distance: float, speed: float, turning: float) -> None:
     units = units_of(subclass)
     assert units is not None
     report = Sip.decode(sip(x=1000, left=-200, right=200)[3:-2], units)
@@ -75,7 +75,7 @@ def test_units_of_each_robot(subclass: str, distance: float, speed: float, turni
     assert 1.0 / units.half_track == pytest.approx(1000.0 * turning)
 
 
-def test_a_robot_whose_units_nobody_knows_is_refused() -> None:
+def test_a_robot_with_unknown_units_is_refused() -> None:
     with pytest.raises(RobotError, match="'powerbot-sh' are not known here, but p3dx,"):
         open_robot(packet(config(800)), subclass="powerbot-sh")
 
@@ -98,7 +98,9 @@ def identity_and_beams(answers: dict[str, str]) -> tuple[str, int]:
         (f"VV\n{OK}\n{entries(VEND='Hokuyo')}\n", "unknown"),
     ],
 )
-def test_a_damaged_identity_only_warns(answer: str, serial_number: str, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_damaged_identity_is_only_a_warning(
+    answer: str, serial_number: str, caplog: pytest.LogCaptureFixture
+) -> None:
     assert identity_and_beams({"VV": answer}) == (serial_number, 682)
     assert "its answer to VV is damaged, or a refusal" in caplog.text
 

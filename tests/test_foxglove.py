@@ -106,7 +106,7 @@ def wait_until(reached: Any, seconds: float = 30.0) -> None:
         sleep(0.01)
 
 
-def test_an_app_reads_a_scan_by_the_schema_that_it_is_told(bus: FoxgloveBus) -> None:
+def test_an_app_decodes_a_scan_by_the_sent_schema(bus: FoxgloveBus) -> None:
     data = LiveEncoder().scan(SCAN)
     with app_at(bus) as app:
         app.subscribe("/scan")
@@ -122,7 +122,7 @@ def test_an_app_reads_a_scan_by_the_schema_that_it_is_told(bus: FoxgloveBus) -> 
     assert message.header.frame_id == "laser"
 
 
-def test_who_comes_late_gets_the_last_map(bus: FoxgloveBus) -> None:
+def test_a_late_client_gets_the_last_map(bus: FoxgloveBus) -> None:
     for stamp in (1.0, 2.0):
         grid = LiveEncoder().grid(stamp, np.full((3, 4), int(stamp), np.int8), np.zeros(2), 0.05)
         bus.publish(names.MAP, stamp, grid)
@@ -133,7 +133,7 @@ def test_who_comes_late_gets_the_last_map(bus: FoxgloveBus) -> None:
 
 @pytest.mark.parametrize("topic", [names.CMD_VEL, names.STAMPED_CMD_VEL])
 @pytest.mark.parametrize("encoding", ["json", "cdr"])
-def test_an_app_drives(bus: FoxgloveBus, topic: Topic, encoding: str) -> None:
+def test_an_app_drives_the_robot(bus: FoxgloveBus, topic: Topic, encoding: str) -> None:
     commands = VelocityCommands()
     commands.listen(bus)
     told = TWIST if topic is names.CMD_VEL else {"header": {"frame_id": "base_link"}, "twist": TWIST}
@@ -168,7 +168,7 @@ def test_garbage_is_counted_and_warned_of_once(bus: FoxgloveBus, caplog: pytest.
     assert len(caplog.records) == 1
 
 
-def test_an_app_that_does_not_read_holds_nobody_up(bus: FoxgloveBus) -> None:
+def test_an_app_that_does_not_read_delays_nobody(bus: FoxgloveBus) -> None:
     data = bytes(100_000)
     with app_at(bus, close_timeout=0.1) as app, app_at(bus, max_queue=1) as stuck:
         for each in (stuck, app):
@@ -180,7 +180,7 @@ def test_an_app_that_does_not_read_holds_nobody_up(bus: FoxgloveBus) -> None:
         app.receive(lambda: bus.publish(names.SCAN, 1e3, data))
 
 
-def test_a_robot_is_driven_and_stands_in_silence(tmp_path: Path) -> None:
+def test_a_robot_stops_without_commands(tmp_path: Path) -> None:
     bus, stood = FoxgloveBus(port=0), Event()
 
     def speed(app: App) -> float:
@@ -208,7 +208,7 @@ def test_a_robot_is_driven_and_stands_in_silence(tmp_path: Path) -> None:
     assert {(0.25, -0.5), (0.0, 0.0)} == set(zip(steps["v"].tolist(), steps["omega"].tolist(), strict=True))
 
 
-def test_a_port_that_is_taken_is_said(bus: FoxgloveBus) -> None:
+def test_a_port_in_use_is_reported(bus: FoxgloveBus) -> None:
     port = int(bus.address.rpartition(":")[2])
     with pytest.raises(InputError, match=r"in use .*; choose another port"), FoxgloveBus(port=port):
         pass

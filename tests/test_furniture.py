@@ -1,4 +1,4 @@
-"""Furniture that can be pushed: it moves as its mass allows, rays meet it where it is, and a restart puts it back."""
+"""Pushable furniture moves as its mass allows, is seen where it is, and is put back by a restart."""
 
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ PIECES = (
 HEIGHT = 0.3
 
 
-def test_a_thing_at_its_start_is_the_solid_of_the_plan() -> None:
+def test_furniture_starts_as_the_solid_of_the_plan() -> None:
     for piece in PIECES:
         thing = movable(piece)
         for own, planned in zip(thing.prisms, piece.prisms(), strict=True):
@@ -70,7 +70,7 @@ def test_rays_meet_moved_outlines_as_they_meet_fixed_ones(seed: int) -> None:
     assert np.isfinite(ranges).sum() > 20
 
 
-def test_a_beam_meets_a_moving_thing_where_it_is_when_it_fires() -> None:
+def test_beams_meet_moving_furniture_at_their_own_time() -> None:
     box = movable(Box(center=(0.0, 0.0), size=(1.0, 1.0, 1.0), mass=1.0))
     assert box is not None
     outlines = MovingOutlines([box], HEIGHT)
@@ -117,7 +117,7 @@ def in_the_way(mass: float, duration: float) -> Scenario:
 
 
 @pytest.mark.parametrize(("mass", "duration", "ending"), [(3.0, 30.0, "arrived"), (50.0, 8.0, "duration over")])
-def test_a_run_goes_on_when_it_touches_what_can_be_pushed(
+def test_touching_pushable_furniture_does_not_end_a_run(
     mass: float, duration: float, ending: str, tmp_path: Path
 ) -> None:
     assert scenario_experiment(in_the_way(mass, duration)).run(tmp_path / "run").ending == ending
@@ -155,7 +155,7 @@ OFF_CENTRE = (
 
 
 @pytest.mark.parametrize("things", OFF_CENTRE)
-def test_what_needs_twice_the_push_stands_wherever_it_is_pushed(things: Any) -> None:
+def test_too_heavy_furniture_does_not_move(things: Any) -> None:
     with SimRobot(scene(wall(0.0, at=4.0) | things)) as robot:
         start = robot.furniture
         go(robot, 200)
@@ -187,7 +187,7 @@ def test_the_friction_arm_is_the_mean_distance_of_the_footprint(footprint: Any, 
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
-def test_the_lidar_and_the_sonar_see_it_where_it_is(caster: str) -> None:
+def test_lidar_and_sonar_see_moved_furniture(caster: str) -> None:
     lidar = {"caster": caster, "noise": "none", "rolling": False, "model": "urg04lx"}
     with pushed(2.0, lidar=lidar, robot={"sonar": True}) as robot:
         go(robot, 50)
@@ -203,7 +203,7 @@ def test_the_lidar_and_the_sonar_see_it_where_it_is(caster: str) -> None:
     assert min(seen.sonar[3:5]) == pytest.approx(x - 0.2 - seen.T_map_base.x - 0.166, abs=0.03)
 
 
-def test_pushed_against_a_wall_it_stops_the_robot() -> None:
+def test_furniture_pushed_against_a_wall_stops_the_robot() -> None:
     thing = {"center": [0.8, 0.0], "radius": 0.2, "mass": 2.0}
     with SimRobot(scene(wall(0.0, at=1.5) | {"cylinders": [thing]})) as robot:
         seen = go(robot, 80)
@@ -211,7 +211,7 @@ def test_pushed_against_a_wall_it_stops_the_robot() -> None:
     assert seen[-1].stalled
 
 
-def test_untouched_it_stands() -> None:
+def test_untouched_furniture_does_not_move() -> None:
     world = wall(0.0, at=4.0) | {"tables": [{"center": [2.0, 1.0], "yaw": 0.3, "mass": 5.0}]}
     with SimRobot(scene(world)) as robot:
         before = robot.furniture
@@ -219,7 +219,7 @@ def test_untouched_it_stands() -> None:
         np.testing.assert_allclose(robot.furniture, before, atol=1e-6)
 
 
-def test_a_restart_puts_it_back_and_is_the_same_bit_by_bit() -> None:
+def test_a_restart_puts_furniture_back_exactly() -> None:
     pieces = [{"center": [0.6, y], "size": [0.3, 0.2, 0.5], "mass": 1.0} for y in (-0.12, 0.12)]
     world = wall(0.0, at=2.0) | {"boxes": pieces, "cylinders": [{"center": [1.2, 0.0], "radius": 0.1, "mass": 1.0}]}
     people = [{"waypoints": [[1.6, 1.0], [1.6, -1.0]]}]
@@ -238,13 +238,13 @@ def test_a_restart_puts_it_back_and_is_the_same_bit_by_bit() -> None:
         assert run(robot) == first == run(fresh)
 
 
-def test_a_mat_is_driven_over_even_if_it_weighs_nothing_much() -> None:
+def test_a_light_mat_is_driven_over() -> None:
     world = wall(0.0, at=9.0) | {"boxes": [{"center": [1.0, 0.0], "size": [0.5, 0.5, 0.02], "mass": 0.5}]}
     driven = drive(scene(world), seconds=6.0)
     assert driven.truth[-1, 0] > 1.5
 
 
-def test_the_plant_of_the_emulator_has_it_too() -> None:
+def test_the_emulated_plant_has_furniture() -> None:
     thing = {"center": [0.6, 0.0], "radius": 0.2, "mass": 2.0}
     plant = SimPlant(scene(wall(0.0, at=4.0) | {"cylinders": [thing]}))
     assert plant.ranges(np.zeros(1))[0] == pytest.approx(0.6 - 0.2 - 0.16, abs=2e-3)
@@ -257,6 +257,6 @@ def test_the_plant_of_the_emulator_has_it_too() -> None:
     assert 0.4 < plant.ranges(np.zeros(1))[0] < behind
 
 
-def test_it_counts_as_in_the_way_where_it_stands_at_first() -> None:
+def test_furniture_is_an_obstacle_at_its_start() -> None:
     world = World(cylinders=(PIECES[2],))
     assert clearance(np.array([[0.3, -0.7]]), [p.footprint for p in world.prisms()])[0] == pytest.approx(0.1, abs=2e-3)

@@ -28,5 +28,5 @@ def test_damaged_files_are_read_or_refused(name: str, tmp_path: Path) -> None:
     assert not found.untamed, f"seed {SEED}: {found.untamed[0]}"
 
 
-def test_an_input_is_made_again_from_its_number() -> None:
+def test_an_input_is_reproduced_from_its_number() -> None:
     assert damaged(b"whole" * 9, random.Random("a 1 2")) == damaged(b"whole" * 9, random.Random("a 1 2"))

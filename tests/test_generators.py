@@ -1,4 +1,4 @@
-"""Generated worlds: the same for a seed, and free where the robot drives."""
+"""Generated worlds: one world per seed, with free space along the route."""
 
 import math
 import re
@@ -90,7 +90,7 @@ def test_a_seed_gives_one_world_and_another_seed_another(generator: Generator) -
         assert other.world != again.world
 
 
-def test_the_numbers_asked_for_are_there() -> None:
+def test_the_world_has_the_given_counts() -> None:
     generated = CorridorGenerator(length=30, recesses=5, boxes=7, tables=3, people=2, lane=1.6).build()
     assert (len(generated.world.boxes), len(generated.world.tables), len(generated.people)) == (7, 3, 2)
     assert sum(len(wall.points) - 2 for wall in generated.world.walls) == 4 * 5
@@ -99,7 +99,7 @@ def test_the_numbers_asked_for_are_there() -> None:
     assert sum(abs(y) > 1.5 for _, y in office.waypoints) == 3
 
 
-def test_a_loop_comes_back_by_another_way() -> None:
+def test_a_loop_returns_along_another_route() -> None:
     generated = LoopGenerator(size=(10.0, 6.0)).build()
     assert generated.waypoints[-1] == (generated.start.x, generated.start.y)
     assert len(set(generated.waypoints)) == len(generated.waypoints)
@@ -117,7 +117,7 @@ def test_a_campus_route_goes_around_and_over_its_beginning() -> None:
         assert again[-3:] == [once[-3], once[-2], home]
 
 
-def test_nothing_is_seen_through_the_walls_of_a_campus() -> None:
+def test_walls_of_a_campus_have_no_gaps() -> None:
     """Every ray from the robot's way ends at a wall, even in a campus that is all bays."""
     generated = CampusGenerator(seed=3, bays=1.0, skew=3.0).build()
     edges = np.concatenate([np.stack([o, np.roll(o, -1, axis=0)], axis=1) for o in generated.world.outlines(0.3)])
@@ -132,7 +132,7 @@ def write(folder: Path, text: str) -> Path:
     return path
 
 
-def test_what_is_written_by_hand_stays(tmp_path: Path) -> None:
+def test_hand_written_parts_are_kept(tmp_path: Path) -> None:
     text = (
         "generate: {kind: loop, seed: 4}\n"
         "world: {boxes: [{center: [9, 20], size: [1, 1, 1]}]}\n"

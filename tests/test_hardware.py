@@ -1,4 +1,4 @@
-"""The drivers against emulated devices, in real time: faults, and what must go right in spite of them."""
+"""The drivers against emulated devices in real time, with faults."""
 
 import logging
 import os
@@ -91,7 +91,7 @@ def quiet(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.WARNING)
 
 
-def test_faults_one_after_another(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_consecutive_faults_are_survived(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Each stops the robot and names its reason; after each cure the run goes on."""
     links = PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")
     with (
@@ -167,7 +167,7 @@ with HardwareRobot(load_scenario("corridor", sys.argv[1:]), yes=True) as robot:
         assert not emulator.urg04lx.laser
 
 
-def test_over_tcp_by_wheels_and_encoders() -> None:
+def test_a_robot_is_driven_over_tcp_by_wheel_speeds() -> None:
     with (
         Emulator(plant(), TcpPort(), TcpPort(), paced=False) as emulator,
         HardwareRobot(scenario(emulator, "hardware.drive_by=wheels", "hardware.odometry=encoders"), yes=True) as robot,
@@ -191,7 +191,7 @@ def test_a_dry_run_and_a_refusal_never_move() -> None:
         assert not emulator.p3dx.motors.enabled
 
 
-def test_on_a_noisy_line_nothing_hangs_and_no_range_is_wrong() -> None:
+def test_a_noisy_line_gives_no_wrong_range_and_no_hang() -> None:
     noise = LineNoise(bit_errors=1e-4, dropped=2e-5, duplicated=2e-5)
     truth = plant().ranges((np.arange(44, 726) - 384) * 2 * pi / 1024)
     with (
@@ -216,7 +216,7 @@ def test_a_rs_232_lidar_is_found_at_its_own_bit_rate() -> None:
         assert emulator.urg04lx.baud == 500_000
 
 
-def test_the_scenario_must_fit() -> None:
+def test_a_scenario_that_does_not_fit_is_refused() -> None:
     with pytest.raises(ScenarioError, match=r"set lidar\.model=urg04lx"):
         HardwareRobot(load_scenario("paper_simulation"))
     with pytest.raises(PortLost, match="no such port"):
@@ -225,7 +225,7 @@ def test_the_scenario_must_fit() -> None:
         HardwareRobot(load_scenario("corridor", ["hardware.lidar_port=/dev/there-is-none"])).__enter__()
 
 
-def test_a_port_says_when_it_is_lost_and_is_nobody_elses() -> None:
+def test_a_lost_port_is_reported_and_a_port_is_exclusive() -> None:
     far = PtyPort()
     port = SerialPort(far.address, 9600)
     with pytest.raises(PortLost, match="another program"):
@@ -267,7 +267,7 @@ def test_a_sensor_clock_is_followed_through_drift_and_wrap(drift: float, seed: i
 
 
 @given(st.lists(st.floats(0.0, 2.0), min_size=2, max_size=40), st.floats(0.0, 5.0))
-def test_times_of_a_sensor_rise_whatever_the_link_holds_back(delays: list[float], start: float) -> None:
+def test_sensor_times_increase_despite_link_delays(delays: list[float], start: float) -> None:
     clock = SensorClock(5.0, 0.05, after=100.0)
     before = 100.0
     for k, delay in enumerate(delays):
@@ -278,7 +278,7 @@ def test_times_of_a_sensor_rise_whatever_the_link_holds_back(delays: list[float]
         before = stamp
 
 
-def test_scans_that_a_stall_held_back_do_not_settle_the_clock() -> None:
+def test_delayed_scans_do_not_set_the_clock() -> None:
     clock = SensorClock(16777.216, 0.07)
     arrivals = [0.42, 0.42, 0.42, 0.42, 0.47, 0.57]  # 0.35 s late at first, then 0.07 s as ever
     stamps = [clock.host_time(0.1 * k, at) for k, at in enumerate(arrivals[:4])]
@@ -289,7 +289,7 @@ def test_scans_that_a_stall_held_back_do_not_settle_the_clock() -> None:
     assert clock.settled
 
 
-def test_a_track_interpolates_and_carries_on() -> None:
+def test_a_track_interpolates_and_extrapolates() -> None:
     track, twist = OdometryHistory(), Twist2D(0.5, 0.2)
     for k in range(200):
         track.add(0.1 * k, twist.motion(0.1 * k), twist)
@@ -303,7 +303,7 @@ def test_a_track_interpolates_and_carries_on() -> None:
     assert odometry.twist.angular == pytest.approx(0.2)
 
 
-def test_a_step_that_cannot_be_is_left_out() -> None:
+def test_an_impossible_step_is_left_out() -> None:
     track = OdometryHistory()
     odometry = PositionOdometry(P3DX_SH, WheelScales(P3DX_SH.half_track), track)
     places = [0.0, 0.03, 0.30, 0.09, 0.12]

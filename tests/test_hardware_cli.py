@@ -69,7 +69,9 @@ def test_load_and_latency_of_a_driving_robot_are_measured() -> None:
     assert load.latency_p99 >= load.latency_median
 
 
-def test_doctor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_doctor_examines_emulated_devices(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     with Emulator(plan_plant(load_scenario("corridor")), TcpPort(), paced=False) as emulator:
         assert "robot emulated, class Pioneer, subclass p3dx-sh" in examine(emulator.robot.port.address, 19200).words
         picture = tmp_path / "scan.png"
@@ -94,7 +96,7 @@ def test_doctor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
         (["--backend", "hardware", "--set", "lidar.model=table1"], "set lidar.model=urg04lx"),
     ],
 )
-def test_what_does_not_fit_is_refused(
+def test_unsuitable_options_are_refused(
     words: list[str],
     complaint: str,
     tmp_path: Path,
@@ -109,7 +111,7 @@ def test_what_does_not_fit_is_refused(
     assert not (tmp_path / "run").exists()
 
 
-def test_faults_are_read() -> None:
+def test_planned_faults_are_read() -> None:
     assert TimedFault.parse("lidar:unplug@10+5") == TimedFault("lidar", "unplug", 10.0, 5.0)
     assert TimedFault.parse("robot:e-stop@3") == TimedFault("robot", "e-stop", 3.0, None)
     for text in ("lidar:e-stop@3", "lidar:unplug", "robot:stall@x"):
@@ -127,7 +129,7 @@ def test_planned_faults_happen() -> None:
         assert emulator.lidar.port.filenos()
 
 
-def test_an_empty_world_has_nothing_to_emulate() -> None:
+def test_an_empty_world_cannot_be_emulated() -> None:
     with pytest.raises(InputError, match="nothing to see"):
         make_plant("plan", load_scenario("replay"))
     with pytest.raises(InputError, match="no plant named 'pan'; did you mean plan"):

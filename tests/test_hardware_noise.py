@@ -1,4 +1,4 @@
-"""Bytes are damaged on the wire: nothing wrong is believed, and what was not hit comes through."""
+"""Damaged bytes on the wire: no wrong range is accepted, and undamaged scans arrive."""
 
 import numpy as np
 import pytest
@@ -19,13 +19,13 @@ FIRST = 3
 
 @pytest.mark.parametrize("damage", [ByteDamage(0.01), ByteDamage(0.01, 64), ByteDamage(0.01, 1, True)])
 @pytest.mark.parametrize("name", RECEIVERS)
-def test_nothing_wrong_is_believed(name: str, damage: ByteDamage) -> None:
+def test_no_damaged_scan_is_accepted(name: str, damage: ByteDamage) -> None:
     score = RECEIVERS[name](300, damage)
     assert score.wrong == 0
     assert score.received == score.unharmed
 
 
-def test_runs_of_damage_cost_the_beams_around_them_only() -> None:
+def test_damage_loses_only_the_beams_around_it() -> None:
     score = receive_scans(100, ByteDamage(0.01, 64))
     assert score.unharmed < 85
     assert score.beams > 0.85
@@ -45,7 +45,7 @@ def beams_of(first: int, last: int) -> np.ndarray:
 
 
 @given(st.integers(0, 31), st.integers(0, 63), st.integers(1, 255))
-def test_a_damaged_byte_costs_its_line_and_those_beside_it(line: int, at: int, flip: int) -> None:
+def test_a_damaged_byte_loses_its_line_and_neighbours(line: int, at: int, flip: int) -> None:
     lines = [*WIRE[FIRST:]]
     damaged = bytearray(lines[line])
     damaged[at % len(damaged)] ^= flip
@@ -56,7 +56,7 @@ def test_a_damaged_byte_costs_its_line_and_those_beside_it(line: int, at: int, f
 
 
 @given(st.integers(1, 30), st.integers(1, 62))
-def test_lost_and_doubled_bytes_and_line_ends_cost_no_more(line: int, at: int) -> None:
+def test_lost_and_doubled_bytes_lose_no_more(line: int, at: int) -> None:
     lines, text = WIRE[FIRST:], WIRE[FIRST + line]
     around = beams_of(line - 1, line + 1)
     assert np.array_equal(lost(*lines[:line], text[:at] + text[at + 1 :], *lines[line + 1 :]), around)
@@ -66,7 +66,7 @@ def test_lost_and_doubled_bytes_and_line_ends_cost_no_more(line: int, at: int) -
     assert np.array_equal(lost(*lines[:line], run_together, *lines[line + 2 :]), beams_of(line - 1, min(line + 2, 31)))
 
 
-def test_too_much_damage_leaves_nothing() -> None:
+def test_too_much_damage_leaves_no_scan() -> None:
     lines = [b"x" * 65 if at < 5 else line for at, line in enumerate(WIRE[FIRST:])]
     assert partial_scans((*WIRE[:FIRST], *lines)) == []
     for at in range(FIRST):

@@ -134,7 +134,7 @@ def test_a_rigid_motion_moves_the_result_and_nothing_else(place: tuple[float, fl
     assert other_walls.covariance == pytest.approx(walls.covariance, rel=1e-4, abs=1e-12)
 
 
-def test_a_solver_that_is_stopped_early_still_comes_nearer() -> None:
+def test_a_solver_stopped_early_reduces_the_error() -> None:
     """Each of its iterations goes downhill, so that a few bring the poses a part of the way."""
     run, off = drive(2), list[float]()
     for most in (0, 2, 150):
@@ -143,7 +143,7 @@ def test_a_solver_that_is_stopped_early_still_comes_nearer() -> None:
     assert off[2] < off[1] < off[0]
 
 
-def test_exact_data_stay_where_they_are() -> None:
+def test_exact_data_do_not_move() -> None:
     run = drive(None)
     poses, walls = refined(run)
     assert differences(poses, run.truth) == pytest.approx(0.0, abs=1e-9)
@@ -161,7 +161,7 @@ def test_the_order_of_the_scans_makes_no_difference() -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_building_bent_by_odometry_comes_back(seed: int) -> None:
+def test_a_building_bent_by_odometry_is_straightened(seed: int) -> None:
     run = drive(seed)
     before = differences(run.start, run.truth)
     after = differences(refined(run)[0], run.truth)
@@ -170,7 +170,7 @@ def test_a_building_bent_by_odometry_comes_back(seed: int) -> None:
     assert np.abs(after[:, 2]).max() < 0.003
 
 
-def test_walls_at_known_poses_err_as_their_sigmas_say() -> None:
+def test_wall_errors_at_known_poses_fit_their_sigmas() -> None:
     squares = []
     for seed in range(20):
         run = drive(seed, step=1.0)
@@ -193,7 +193,7 @@ def test_walls_have_the_errors_of_the_poses_that_see_them() -> None:
     assert np.all(wall_covariances(walls, poses, turned)[:, 1, 1] > 0.01**2)
 
 
-def test_a_long_wall_is_one_landmark_and_a_step_of_it_is_not() -> None:
+def test_a_step_divides_a_wall_into_two_landmarks() -> None:
     step = np.array([[[-3.0, 2.0], [0.0, 2.0]], [[0.0, 2.05], [3.0, 2.05]]])
     straight = np.array([[[-3.0, 2.0], [3.0, 2.0]]])
     for walls, count in ((straight, 1), (step, 2)):
@@ -212,7 +212,7 @@ def test_the_two_sides_of_a_thin_wall_are_two_landmarks() -> None:
     assert sorted(found.lines[:, 1].round(6)) == [-1.0, 1.0]
 
 
-def test_walls_a_whole_table_of_cells_apart_are_two() -> None:
+def test_distant_walls_are_two_landmarks() -> None:
     """The table in which neighbours are looked up is repeated over the plane; walls are not."""
     far = TABLE * CELL
     walls = np.array([[[x - 2.0, 1.0], [x + 2.0, 1.0]] for x in (0.0, far)])
@@ -221,7 +221,7 @@ def test_walls_a_whole_table_of_cells_apart_are_two() -> None:
     assert len(find_walls(sights, 0.01, 0.06).lines) == 2
 
 
-def test_a_wall_that_one_scan_sees_is_none() -> None:
+def test_a_wall_seen_by_one_scan_is_not_a_landmark() -> None:
     wall = np.array([[[-2.0, 1.0], [2.0, 1.0]]])
     assert len(find_walls(sights_of([facets_seen(np.zeros(3), wall, None)], [0.0]), 0.01, 0.06).lines) == 0
 
@@ -233,13 +233,13 @@ def test_the_graph_alone_stays_where_it_is_without_facets() -> None:
     assert len(found.walls.ends) == 0
 
 
-def test_nothing_is_refined_to_nothing() -> None:
+def test_an_empty_graph_is_refined_to_an_empty_graph() -> None:
     found = refine(np.empty((0, 3)), chain(np.zeros((1, 3)), None), np.ones(0), [], np.empty(0, np.int64))
     assert found.poses.shape == (0, 3)
     assert len(wall_covariances(found.walls, found.poses, np.empty((0, 3, 3)))) == 0
 
 
-def test_one_pose_alone_stays() -> None:
+def test_a_single_pose_does_not_move() -> None:
     edges = chain(np.zeros((1, 3)), None)
     facets = [facets_seen(np.zeros(3), corridor_walls(), None)]
     found = refine(np.ones((1, 3)), edges, np.ones(0), facets, np.zeros(1, np.int64))
@@ -247,7 +247,7 @@ def test_one_pose_alone_stays() -> None:
     assert found.rounds == 0
 
 
-def test_main_directions_hold_a_wing_that_odometry_lets_turn() -> None:
+def test_main_directions_align_a_rotated_wing() -> None:
     """Two rows of rooms seen apart from one another, joined by a motion whose turn is off by a degree."""
     rooms = [[(0.0, -2.0), (6.0, -2.0)], [(6.0, 2.0), (0.0, 2.0)], [(0.0, 2.0), (0.0, -2.0)], [(6.0, -2.0), (6.0, 2.0)]]
     walls = np.array([[(x + dx, y) for x, y in wall] for dx in (0.0, 20.0) for wall in rooms])

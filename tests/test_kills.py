@@ -1,4 +1,4 @@
-"""Commands that end by SIGKILL at random moments: the others work on what is left, or say what is missing."""
+"""Commands are killed at random moments: other commands read what is left or name what is missing."""
 
 import os
 import random
@@ -104,7 +104,7 @@ def require_usable(name: str, codes: dict[str, int], folder: Path) -> None:
 
 
 @pytest.mark.parametrize("name", KILLED)
-def test_commands_work_on_what_a_killed_one_leaves(
+def test_commands_read_the_files_of_a_killed_command(
     name: str,
     is_sample: bool,
     small: Path,
@@ -142,7 +142,7 @@ def test_commands_work_on_what_a_killed_one_leaves(
 
 
 @pytest.mark.parametrize("whom", ["worker", "driver"])
-def test_a_sweep_ends_whole_whatever_of_it_is_killed(
+def test_a_sweep_completes_whichever_process_is_killed(
     whom: str, is_sample: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if is_sample:

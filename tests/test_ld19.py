@@ -1,4 +1,4 @@
-"""Other lidars behind the seam: LDROBOT's LD19 by its maker's manual, simulated, emulated and driven by."""
+"""The LD19 lidar of LDROBOT by its manual: decoded, simulated, emulated and driven."""
 
 import time
 from collections.abc import Sequence
@@ -55,7 +55,7 @@ def emulated_bytes(turns: float = 1.2, rate: float = 10.0) -> bytes:
     return data
 
 
-def test_the_example_of_the_manual() -> None:
+def test_the_example_of_the_manual_is_decoded() -> None:
     packet = LdPacket.decode(MANUAL)
     assert packet.speed == pytest.approx(radians(2152))
     assert np.degrees([packet.first, packet.last]) == pytest.approx([324.27, 334.70])
@@ -75,7 +75,7 @@ def test_packets_are_found_in_any_stream(junk: list[bytes], size: int) -> None:
 
 
 @given(st.integers(0, SIZE * 3 - 1), st.integers(1, 255))
-def test_a_damaged_packet_costs_itself_only(place: int, flips: int) -> None:
+def test_a_damaged_packet_loses_no_other_packet(place: int, flips: int) -> None:
     stream = bytearray(MANUAL * 3)
     stream[place] ^= flips
     assert len(LdDecoder().feed(bytes(stream))) == 2
@@ -149,7 +149,7 @@ def test_the_driver_sees_the_room_and_stops_without_scans() -> None:
     assert np.median(off) < 0.01
 
 
-def test_doctor_hears_it_without_a_word() -> None:
+def test_doctor_recognizes_the_lidar_without_a_command() -> None:
     with Emulator(plant(), lidar="ld19") as emulator:
         finding = examine(emulator.lidar.port.address, 500000)
         assert finding.fine
@@ -158,7 +158,7 @@ def test_doctor_hears_it_without_a_word() -> None:
         assert to_walls(finding.scan.points() + np.array([0.16, 0.0])).max() < 0.01
 
 
-def test_what_the_link_kept_is_not_taken_for_new() -> None:
+def test_scans_delayed_by_the_link_are_not_new() -> None:
     """A pseudo-terminal keeps the first 16 kB that nobody reads: a second of old points."""
     with Emulator(plant(), lidar="ld19") as emulator:
         time.sleep(1.5)
@@ -168,7 +168,7 @@ def test_what_the_link_kept_is_not_taken_for_new() -> None:
     assert gaps.min() > 0.09
 
 
-def test_a_slow_lidar_that_loses_one_scan_is_no_emergency() -> None:
+def test_one_lost_scan_of_a_slow_lidar_is_no_emergency() -> None:
     with Emulator(plant(), lidar="ld19") as emulator:
         assert isinstance(emulator.scanner, EmulatedLd19)
         emulator.scanner.rate = 5.0
@@ -250,7 +250,7 @@ def test_simulated_noise_is_that_of_the_data_sheet() -> None:
     assert np.std(measured[both] - true[both]) == pytest.approx(0.010, rel=0.1)
 
 
-def test_a_corridor_is_mapped_with_it(tmp_path: Path) -> None:
+def test_a_corridor_is_mapped_with_the_lidar(tmp_path: Path) -> None:
     scenario = load_scenario("corridor", ["lidar.model=ld19", "physics.engine=plan", "duration=15"])
     metrics = scenario_experiment(scenario).run(tmp_path, console=Terminal(quiet=True), pictures=False).metrics
     assert metrics["scans"] == 150

@@ -1,4 +1,4 @@
-"""The noise of the ranges, learnt over scans: laws, known answers, and what clutter does."""
+"""The range noise learned over scans: laws, known answers, and the effect of clutter."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -53,7 +53,7 @@ def learnt(
 
 @pytest.mark.parametrize("beams", [90, 360, 2728])
 @pytest.mark.parametrize(("near", "far"), [(0.001, 0.0005), (0.008, 0.008), (0.03, 0.0), (0.02, 0.02)])
-def test_what_is_learnt_is_the_noise(beams: int, near: float, far: float) -> None:
+def test_the_learned_noise_is_the_true_noise(beams: int, near: float, far: float) -> None:
     """Within a tenth, at the ranges that the rooms have."""
     noise = RangeNoise(near, near / far if far else np.inf, far, 0.0)
     r = np.array([0.6, 1.5, 3.0])
@@ -81,7 +81,7 @@ def test_clutter_is_not_noise(share: float) -> None:
     assert found.near < 0.02
 
 
-def test_nothing_but_clutter_keeps_to_its_bound() -> None:
+def test_clutter_alone_stays_within_the_bound() -> None:
     learner, random = LearntNoise.start(), np.random.default_rng(4)
     for _ in range(60):
         noise = learner.observe(scan_of(random.uniform(0.3, 10.0, 360)))
@@ -114,7 +114,7 @@ def test_a_world_twice_as_large_has_twice_the_noise() -> None:
     np.testing.assert_allclose(*found, rtol=0.05)
 
 
-def test_a_name_that_is_wrong_is_corrected_within_seconds() -> None:
+def test_a_wrong_sensor_model_is_corrected_within_seconds() -> None:
     """Three times the noise of the name, and a third of it: right after five scans."""
     for sigmas in (1.0, 9.0):
         learner = LearntNoise.start(ChiSquareConfig(sensor="urg04lx"))
@@ -128,14 +128,14 @@ def test_a_name_that_is_wrong_is_corrected_within_seconds() -> None:
 
 
 @pytest.mark.parametrize("ranges", [np.empty(0), np.full(682, np.inf), np.full(682, np.nan), np.ones(2)])
-def test_what_was_learnt_outlasts_scans_without_echo(ranges: FloatArray) -> None:
+def test_learned_noise_is_kept_over_scans_without_echo(ranges: FloatArray) -> None:
     learner = LearntNoise.start()
     before = learner.observe(make_scene("room", 1, "spec").scan)
     for _ in range(100):
         assert learner.observe(scan_of(ranges)) == before
 
 
-def test_the_same_scans_teach_the_same() -> None:
+def test_the_same_scans_give_the_same_noise() -> None:
     scans = [make_scene("clutter", seed, "spec/3").scan for seed in range(5)]
     one, other = LearntNoise.start(), LearntNoise.start()
     assert [one.observe(scan) for scan in scans] == [other.observe(scan) for scan in scans]

@@ -32,7 +32,7 @@ def test_a_run_refused_for_its_port_leaves_no_folder(
 
 
 @pytest.mark.parametrize("name", ["a" * LONGEST, "ä" * (LONGEST // 2), "a" * (LONGEST - 4) + ".png", "." + "a" * 254])
-def test_files_of_the_longest_names_are_written_whole(tmp_path: Path, name: str) -> None:
+def test_files_with_the_longest_names_are_written(tmp_path: Path, name: str) -> None:
     write_atomic(tmp_path / name, "whole")
     assert (tmp_path / name).read_text() == "whole"
     with atomic_folder(tmp_path / f"{name[:-1]}b") as draft:
@@ -48,7 +48,7 @@ def test_runs_of_long_scenario_names_have_a_folder(tmp_path: Path, name: str) ->
         make_run_folder("a", tmp_path / name)
 
 
-def test_a_block_that_fails_leaves_the_old_file_and_no_draft(tmp_path: Path) -> None:
+def test_a_failed_block_keeps_the_old_file_and_no_draft(tmp_path: Path) -> None:
     write_atomic(tmp_path / "a", "old")
     with pytest.raises(ZeroDivisionError):
         fail_in(tmp_path / "a")

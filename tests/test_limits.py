@@ -1,4 +1,4 @@
-"""Declared limits: each is shown, named when it is hit, and hit before the memory is."""
+"""Declared limits: each is documented, named in its error, and checked before memory is used."""
 
 import bz2
 import gzip
@@ -57,7 +57,7 @@ def test_every_limit_has_its_reason_and_names_it() -> None:
 
 
 @pytest.mark.parametrize("packing", PACK)
-def test_a_bomb_is_refused_before_it_is_in_memory(packing: str, zeros: dict[str, bytes]) -> None:
+def test_a_compression_bomb_is_refused_before_it_is_in_memory(packing: str, zeros: dict[str, bytes]) -> None:
     tracemalloc.start()
     with pytest.raises(TooMuch, match=r"unpacks to .* over the limit of"):
         Unpacker().chunk(packing, zeros[packing])
@@ -67,7 +67,7 @@ def test_a_bomb_is_refused_before_it_is_in_memory(packing: str, zeros: dict[str,
 
 
 @pytest.mark.parametrize("packing", PACK)
-def test_what_is_packed_within_the_limits_comes_back(packing: str) -> None:
+def test_archives_within_the_limits_are_unpacked(packing: str) -> None:
     unpacker, data = Unpacker(), np.random.default_rng(0).bytes(100_000)
     assert [unpacker.chunk(packing, PACK[packing](data)) for _ in range(3)] == [data] * 3
 
@@ -132,7 +132,7 @@ def test_yaml_bombs_are_refused(tmp_path: Path, text: str) -> None:
         load_scenario(tmp_path / "a.yaml")
 
 
-def test_a_setting_is_within_the_limits_too() -> None:
+def test_settings_are_checked_against_the_limits() -> None:
     with pytest.raises(ScenarioError, match=f"over the limit of {YAML_DEPTH.most}"):
         parse_setting("a=" + "[" * 100 + "]" * 100)
 
@@ -152,7 +152,7 @@ def test_runs_of_a_sweep_are_counted_before_they_are_made(changes: dict[str, obj
 
 
 @pytest.mark.parametrize("name", ["map.pgm", "map.png"])
-def test_a_picture_is_refused_by_its_head(tmp_path: Path, name: str) -> None:
+def test_a_picture_is_refused_by_its_header(tmp_path: Path, name: str) -> None:
     if name.endswith("pgm"):
         (tmp_path / name).write_bytes(b"P5 900000 900000 255\n")
     else:
@@ -163,20 +163,20 @@ def test_a_picture_is_refused_by_its_head(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"a": NaN}', "\xff", ""])
-def test_json_that_is_none_is_one_line(tmp_path: Path, text: str) -> None:
+def test_invalid_json_is_an_error_of_one_line(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.json").write_text(text, encoding="latin-1")
     with pytest.raises(InputError, match=r"a\.json: cannot be read: .*; remedy"):
         read_json(tmp_path / "a.json", "remedy")
 
 
-def test_a_map_grows_no_farther_than_its_limit() -> None:
+def test_a_map_does_not_grow_beyond_its_limit() -> None:
     far = np.array([10_000_000, 0])
     with pytest.raises(InputError, match=f"cells of 0.2 m in the map, over the limit of {MAP_CELLS.most:,}"):
         with_room(empty_grid(0.2), far, far, 1)
 
 
 @pytest.mark.parametrize("out", [[3], [0], [0, 1], [3, 4, 7], []])
-def test_outliers_are_those_from_which_the_way_comes_back(out: list[int]) -> None:
+def test_outliers_are_poses_from_which_the_path_returns(out: list[int]) -> None:
     stamps = 0.1 * np.arange(20)
     positions = np.column_stack([0.05 * np.arange(20), np.zeros(20)])
     positions[out] += 5_000.0
@@ -196,7 +196,7 @@ def test_a_jump_that_stays_is_no_outlier() -> None:
     assert not outliers(0.1 * np.arange(20), positions).any()
 
 
-def test_a_pose_beyond_every_way_is_an_outlier() -> None:
+def test_a_pose_beyond_any_distance_is_an_outlier() -> None:
     positions = np.where(np.arange(20) < 12, 0.0, 2.0 * FROM_START.most)[:, None] * [1.0, 0.0]
     assert np.flatnonzero(outliers(0.1 * np.arange(20), positions)).tolist() == list(range(12, 20))
 
@@ -257,5 +257,5 @@ def test_a_run_of_too_many_scans_is_read_up_to_the_limit(tmp_path: Path, monkeyp
         read_tum(tmp_path / "run" / "closed.tum")
 
 
-def test_messages_are_what_the_seeds_say() -> None:
+def test_generated_messages_have_the_planned_scans() -> None:
     assert [topic for topic, *_ in messages()].count("/scan") == 4

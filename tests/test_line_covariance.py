@@ -1,4 +1,4 @@
-"""The covariance of lines and ends says how far they are off, in every frame."""
+"""The covariances of lines and ends match their errors in every frame."""
 
 import numpy as np
 from hypothesis import given
@@ -36,7 +36,7 @@ def normalised(error: FloatArray, covariance: FloatArray) -> FloatArray:
     return np.einsum("ni,nij,nj->n", error, np.linalg.inv(covariance), error)
 
 
-def test_the_covariance_of_lines_and_of_their_corner_is_honest() -> None:
+def test_covariances_of_lines_and_corners_fit_their_errors() -> None:
     """10,000 noisy looks at a corner: the truth lies within the 95 % bound 93 to 97 times in a hundred."""
     truth = np.array([[1.6, -0.2], [1.2, 1.1]])
     clean = corner_ranges(*truth.ravel())
@@ -84,14 +84,14 @@ def nudged(segments: Segments, step: FloatArray) -> Segments:
 
 
 @given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-np.pi, np.pi))
-def test_there_and_back_is_nowhere(x: float, y: float, theta: float) -> None:
+def test_a_motion_and_its_inverse_cancel(x: float, y: float, theta: float) -> None:
     segments = segments_by_chi_square(scan_of(corner_ranges(1.6, -0.2, 1.2, 1.1)), CONFIG)
     back = segments.transformed(Pose2D(x, y, theta)).transformed(Pose2D(x, y, theta).inverse())
     for name in ("rho", "start", "end", "covariance", "start_covariance", "end_covariance"):
         np.testing.assert_allclose(getattr(back, name), getattr(segments, name), atol=1e-9)
 
 
-def test_segments_without_covariance_stay_without() -> None:
+def test_segments_without_covariance_get_none() -> None:
     line = np.zeros(1)
     plain = Segments(np.zeros(1, int), np.ones(1, int), line, line, np.zeros((1, 2)), np.ones((1, 2)))
     assert plain.transformed(Pose2D(1.0, 2.0, 3.0)).covariance is None

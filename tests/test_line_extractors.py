@@ -1,4 +1,4 @@
-"""The line extractors that ours is compared with, on walls whose segments are known."""
+"""The line extractors used for comparison, on walls with known segments."""
 
 import sys
 from collections.abc import Callable
@@ -93,7 +93,7 @@ def test_the_fitted_line_of_exact_points_is_the_hough_line(theta: float, rho: fl
     assert np.cos(found_theta - expected.theta) == pytest.approx(1.0)
 
 
-def test_distance_to_the_nearest_segment() -> None:
+def test_the_distance_is_that_to_the_nearest_segment() -> None:
     """One segment from (0, 0) to (2, 0): beside it, beyond its end, and none at all."""
     start, end = np.zeros((1, 2)), np.array([[2.0, 0.0]])
     points = np.array([[1.0, 0.5], [5.0, 4.0], [-3.0, 4.0]])

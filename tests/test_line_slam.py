@@ -36,7 +36,7 @@ def estimates(drive: list[Observation], config: SlamConfig, start: Pose2D, seed:
     return [slam.update(seen.scan, seen.odometry) for seen in drive]
 
 
-def test_it_follows_the_truth(drive: list[Observation]) -> None:
+def test_line_slam_follows_the_truth(drive: list[Observation]) -> None:
     for seen, estimate in zip(drive, estimates(drive, PAPER.slam, PAPER.robot.start.pose), strict=True):
         assert seen.T_map_base is not None
         error = seen.T_map_base.between(estimate.T_map_base)
@@ -58,7 +58,7 @@ def test_the_same_scans_and_seed_give_the_same_bits(drive: list[Observation]) ->
     assert [e.T_map_base for e in once] != [e.T_map_base for e in estimates(drive, PAPER.slam, Pose2D(), seed=1)]
 
 
-def test_the_map_frame_is_free(drive: list[Observation]) -> None:
+def test_the_map_frame_can_be_any_frame(drive: list[Observation]) -> None:
     """Starting elsewhere moves the whole trajectory rigidly."""
     start = Pose2D(-3.0, 7.0, 2.0)
     for here, there in zip(estimates(drive, ALL_POINTS, Pose2D()), estimates(drive, ALL_POINTS, start), strict=True):
@@ -71,7 +71,7 @@ def test_svd_and_prefix_sums_give_the_same_run(drive: list[Observation]) -> None
         assert fast.T_map_base.distance(plain.T_map_base) < 5e-4
 
 
-def test_between_updates_it_is_odometry(drive: list[Observation]) -> None:
+def test_between_updates_the_pose_follows_odometry(drive: list[Observation]) -> None:
     config = SlamConfig(mode="paper", matching=PAPER.slam.matching, update_distance=0.2)
     run = estimates(drive, config, Pose2D())
     mapped = [k for k, estimate in enumerate(run) if estimate.mapped]
@@ -82,7 +82,7 @@ def test_between_updates_it_is_odometry(drive: list[Observation]) -> None:
             assert run[k].T_map_base.distance(run[k - 1].T_map_base @ wheels) < 1e-12
 
 
-def test_without_odometry_the_wheels_say_nothing(drive: list[Observation]) -> None:
+def test_without_odometry_wheel_motion_is_ignored(drive: list[Observation]) -> None:
     config = ALL_POINTS.model_copy(update={"odometry": False})
     slam = LineSlam(config, Pose2D(), Pose2D())
     for k, (seen, plain) in enumerate(zip(drive, estimates(drive, config, Pose2D()), strict=True)):
@@ -98,14 +98,14 @@ def blind(scan: LaserScan) -> LaserScan:
 
 
 @pytest.mark.parametrize("turn", [0.07, -0.07])
-def test_it_maps_again_after_so_much_turning(drive: list[Observation], turn: float) -> None:
+def test_turning_triggers_an_update(drive: list[Observation], turn: float) -> None:
     """Three times 0.07 rad are more than 0.2, whichever way; nothing is seen that could correct the heading."""
     slam = LineSlam(SlamConfig(mode="paper", update_distance=10.0, update_angle=0.2), Pose2D())
     run = [slam.update(blind(drive[0].scan), Odometry(0.1 * k, Pose2D(0.0, 0.0, turn * k))) for k in range(10)]
     assert [k for k, estimate in enumerate(run) if estimate.mapped] == [0, 3, 6, 9]
 
 
-def test_an_update_knows_what_it_cost(drive: list[Observation]) -> None:
+def test_an_update_reports_its_work(drive: list[Observation]) -> None:
     for estimate in estimates(drive, SlamConfig(mode="paper", update_distance=0.2), Pose2D()):
         if estimate.mapped:
             assert 0.0 < estimate.extraction_time < estimate.total_time
@@ -113,7 +113,7 @@ def test_an_update_knows_what_it_cost(drive: list[Observation]) -> None:
             assert 0.0 == estimate.extraction_time < estimate.total_time
 
 
-def test_a_scan_without_an_echo_leaves_the_prior(drive: list[Observation]) -> None:
+def test_a_scan_without_an_echo_keeps_the_prior(drive: list[Observation]) -> None:
     slam = LineSlam(SlamConfig(mode="paper", matching=PAPER.slam.matching), Pose2D())
     for seen in drive[:3]:
         slam.update(seen.scan, seen.odometry)
@@ -123,7 +123,7 @@ def test_a_scan_without_an_echo_leaves_the_prior(drive: list[Observation]) -> No
     assert estimate.T_map_base.distance(before @ wheels) < 1e-12
 
 
-def test_the_place_of_the_sensor_is_taken_into_account(drive: list[Observation]) -> None:
+def test_the_mount_of_the_sensor_is_used(drive: list[Observation]) -> None:
     """The same scans seen as from a sensor 0.3 m ahead of the base: the base follows, rigidly."""
     mount = Pose2D(0.3, 0.0, 0.0)
     slam = LineSlam(ALL_POINTS, mount, Pose2D())

@@ -73,7 +73,7 @@ def test_points_that_are_not_finite_are_left_out(seed: int, bad: list[tuple[int,
 
 
 @given(seeds, st.integers(1, 4))
-def test_points_that_stand_twice_do_no_harm(seed: int, times: int) -> None:
+def test_repeated_points_do_no_harm(seed: int, times: int) -> None:
     """Every kernel finds the same, and nothing that is not finite."""
     full, svd, sums = all_kernels(np.repeat(noisy_walls(seed, beams=40), times, axis=0), L_Th=11)
     same_segments(full, svd)
@@ -99,14 +99,14 @@ def test_rotating_a_scan_rotates_its_segments(seed: int, angle: float) -> None:
 
 
 @given(seeds)
-def test_a_line_is_the_same_read_backwards(seed: int) -> None:
+def test_a_line_is_the_same_in_reverse_order(seed: int) -> None:
     points = noisy_walls(seed, beams=40)[:10]
     there, back = hough_line(points), hough_line(points[::-1])
     np.testing.assert_allclose(there, back, atol=1e-9)
 
 
 @given(seeds, st.floats(-3, 3), st.floats(-3, 3), st.floats(-np.pi, np.pi))
-def test_transforming_segments_moves_line_and_ends_together(seed: int, x: float, y: float, theta: float) -> None:
+def test_transforming_a_segment_keeps_its_ends_on_its_line(seed: int, x: float, y: float, theta: float) -> None:
     segments = segments_by_hopping(noisy_walls(seed, noise=0.0), HoppingConfig()).transformed(Pose2D(x, y, theta))
     for ends in (segments.start, segments.end):
         off_line = np.sum(segments.normals * ends, axis=1) - segments.rho
@@ -114,7 +114,7 @@ def test_transforming_segments_moves_line_and_ends_together(seed: int, x: float,
 
 
 @pytest.mark.parametrize("theta", np.radians([0.0, 30.0, 90.0, 135.0, 180.0, -100.0]))
-def test_known_line(theta: float) -> None:
+def test_a_known_line_is_found(theta: float) -> None:
     along = np.linspace(-1, 1, 9)[:, None] * [-np.sin(theta), np.cos(theta)]
     line = hough_line(1.7 * np.array([np.cos(theta), np.sin(theta)]) + along)
     assert line.rho == pytest.approx(1.7)
@@ -143,7 +143,7 @@ def test_short_segments_are_dropped() -> None:
     assert len(segments_by_hopping(line, HoppingConfig(L_Th=7))) == 0
 
 
-def test_a_gap_can_split() -> None:
+def test_a_gap_splits_a_line_if_enabled() -> None:
     x = np.concatenate([np.arange(0, 1, 0.05), np.arange(2, 3, 0.05)])
     wall = np.column_stack([x, np.ones_like(x)])
     for segments in all_kernels(wall, split_gap=0.5):
@@ -153,18 +153,18 @@ def test_a_gap_can_split() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
-def test_too_few_points_give_nothing(count: int) -> None:
+def test_too_few_points_give_no_segment(count: int) -> None:
     for segments in all_kernels(np.ones((count, 2))):
         assert len(segments) == 0
         assert segments.start.shape == (0, 2)
 
 
-def test_points_on_one_spot_do_no_harm() -> None:
+def test_coincident_points_do_no_harm() -> None:
     for segments in all_kernels(np.full((20, 2), 1.5)):
         assert np.isfinite(segments.rho).all()
         assert (segments.counts > 4).all()
 
 
-def test_over_hopping_is_refused() -> None:
+def test_a_hop_beyond_the_segment_is_refused() -> None:
     with pytest.raises(ValidationError, match="over-hops"):
         HoppingConfig(psi=3, L_Th=6)

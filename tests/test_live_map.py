@@ -1,4 +1,4 @@
-"""The occupancy grid that grows with a run, and moves where a loop is closed."""
+"""The occupancy grid of a run: it grows, and moves when a loop is closed."""
 
 import numpy as np
 from numpy.testing import assert_allclose
@@ -53,14 +53,14 @@ def centres(grid: Occupancy) -> np.ndarray:
     return grid.corner + grid.cell * (np.column_stack([columns, rows]) + 0.5)
 
 
-def test_a_grid_that_grew_is_one_that_was_large() -> None:
+def test_a_grown_grid_equals_a_large_grid() -> None:
     far = [step(k, Pose2D(3.0 * k, -2.0 * k, 0.1 * k)) for k in range(8)]
     there, back = made_of(*far), made_of(*reversed(far))
     assert there.hits.sum() == back.hits.sum() > 1000
     assert_allclose(centres(there), centres(back), atol=1e-6)
 
 
-def test_a_closure_moves_what_was_counted() -> None:
+def test_a_closure_moves_the_counts() -> None:
     places = [Pose2D(1.0 * k, 0.0, 0.0) for k in range(5)]
     closed = closure((0, MOVED @ places[0]), (3, MOVED @ places[3]), (-1, Pose2D(50.0, 0.0, 0.0)))
     before = [step(k, place) for k, place in enumerate(places[:4])]
@@ -70,7 +70,7 @@ def test_a_closure_moves_what_was_counted() -> None:
     assert_allclose(centres(moved), centres(whole), atol=1e-6)
 
 
-def test_a_robot_that_stands_adds_nothing() -> None:
+def test_a_standing_robot_adds_nothing() -> None:
     live = LiveMap(CONFIG, MOUNT)
     assert live.add(step(0, Pose2D()))
     assert not any(live.add(step(k, Pose2D(0.001 * k, 0.0, 0.0))) for k in range(1, 20))

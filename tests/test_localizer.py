@@ -1,4 +1,4 @@
-"""Finding the robot in a saved map."""
+"""Localization of the robot in a saved map."""
 
 from collections.abc import Callable
 from copy import deepcopy
@@ -60,7 +60,7 @@ def drive(look: Look, localizer: LineLocalizer | LocalizeThenMap, path: list[Pos
 
 @settings(max_examples=4)
 @given(st.floats(-1.5, 2.5), st.floats(-0.7, 1.0), st.floats(-3.1, 3.1))
-def test_it_finds_itself_anywhere_and_leaves_the_map(
+def test_the_robot_is_localized_anywhere_in_the_map(
     saved: SavedSlam, look: Look, x: float, y: float, theta: float
 ) -> None:
     path = loop(Pose2D(x, y, theta), 15)
@@ -73,7 +73,7 @@ def test_it_finds_itself_anywhere_and_leaves_the_map(
     assert np.array_equal(saved.mapper.map.surfels, before)
 
 
-def test_without_odometry_it_finds_itself_by_the_scans_alone(saved: SavedSlam, look: Look) -> None:
+def test_the_robot_is_localized_by_scans_alone(saved: SavedSlam, look: Look) -> None:
     path, localizer = (
         loop(Pose2D(1.0, 0.5, 2.0), 30),
         LineLocalizer(SlamConfig(odometry=False), MOUNT, saved.mapper.map),
@@ -97,7 +97,7 @@ def test_a_map_pulls_back_a_robot_that_is_20_cm_off(saved: SavedSlam, look: Look
         assert tracking.T_map_base.distance(path[-1]) < 0.03
 
 
-def test_a_kidnapped_robot_is_lost_and_found_again(saved: SavedSlam, look: Look) -> None:
+def test_a_kidnapped_robot_is_localized_again(saved: SavedSlam, look: Look) -> None:
     localizer = LineLocalizer(SlamConfig(), MOUNT, saved.mapper.map, Pose2D())
     wheels = drive(look, localizer, loop(Pose2D(), 10), Pose2D())
     assert localizer.sure
@@ -110,14 +110,14 @@ def test_a_kidnapped_robot_is_lost_and_found_again(saved: SavedSlam, look: Look)
     assert localizer.T_map_base.distance(path[-1]) < 0.03
 
 
-def test_in_another_building_it_is_never_sure(saved: SavedSlam, scan_of: Callable[..., LaserScan]) -> None:
+def test_in_another_building_the_robot_is_not_localized(saved: SavedSlam, scan_of: Callable[..., LaserScan]) -> None:
     hall = np.array([[-1, -1.3], [1.2, -1.0], [1.6, 1.4], [0.3, 2.0], [-1.4, 1.1], [-1, -1.3]], float)
     localizer = LineLocalizer(SlamConfig(), MOUNT, saved.mapper.map)
     for k, pose in enumerate(loop(Pose2D(0.0, -0.3, 0.0), 30)):
         assert localizer.update(scan_of(hall, pose @ MOUNT, k), Odometry(0.1 * k, pose)).lost
 
 
-def test_an_empty_map_and_an_empty_scan_are_borne(look: Look) -> None:
+def test_an_empty_map_and_an_empty_scan_do_no_harm(look: Look) -> None:
     config = SlamConfig()
     localizer = LineLocalizer(config, MOUNT, SurfelMap(config.map))
     blind = LaserScan(0.0, -2.0, 0.01, 0.05, 8.0, np.full(401, np.inf))
@@ -125,7 +125,7 @@ def test_an_empty_map_and_an_empty_scan_are_borne(look: Look) -> None:
     assert localizer.update(look(Pose2D(), 0), Odometry(0.1, Pose2D(0.1))).lost
 
 
-def test_mapping_goes_on_once_the_place_is_found(saved: SavedSlam, look: Look) -> None:
+def test_mapping_continues_once_the_place_is_found(saved: SavedSlam, look: Look) -> None:
     continuation = LocalizeThenMap(SlamConfig(), MOUNT, saved)
     path = loop(Pose2D(1.0, 0.5, 1.0), 40)
     drive(look, continuation, path, Pose2D())
@@ -168,7 +168,7 @@ def test_a_wanderer_turns_before_a_wall() -> None:
     assert wanderer.command(Pose2D(), seen(1.0)).linear > 0.0
 
 
-def test_the_commands(small_log: Path, tmp_path: Path) -> None:
+def test_the_commands_localize_in_a_saved_map(small_log: Path, tmp_path: Path) -> None:
     run = CliRunner()
     made = run.invoke(app, ["replay", str(small_log), "--out", str(tmp_path / "a")])
     assert made.exit_code == 0, made.output
@@ -184,7 +184,7 @@ def test_the_commands(small_log: Path, tmp_path: Path) -> None:
     assert (tmp_path / "b2" / "map.json").is_file()
 
 
-def test_localize_takes_what_replay_takes(small_log: Path, tmp_path: Path) -> None:
+def test_localize_has_the_options_of_replay(small_log: Path, tmp_path: Path) -> None:
     """A run folder with its own settings, and the bag in it by its topics; each refuses options of the other kind."""
     run, folder = CliRunner(), tmp_path / "run"
     where = ["--map", str(folder / "map.json"), "--out"]

@@ -1,4 +1,4 @@
-"""Logs as people have them: whatever lidar, clock and odometry they come from, they read as their tidy twin."""
+"""Logs of many kinds of lidar, clock and odometry are read like the same log in its clean form."""
 
 import sqlite3
 from collections.abc import Callable, Sequence
@@ -150,7 +150,7 @@ def assert_shows_the_room(log: Log, within: float = 2e-3) -> None:
 # Lidars
 
 
-def test_the_tidy_log_shows_the_room() -> None:
+def test_the_clean_log_shows_the_room() -> None:
     assert TIDY.report == "40 scans"
     assert_shows_the_room(TIDY)
 
@@ -164,7 +164,7 @@ def test_scans_of_any_number_of_beams_keep_their_fans() -> None:
 
 
 @pytest.mark.parametrize("padding", [np.nan, np.inf, 0.0])
-def test_padding_of_scans_is_no_echo_at_all(padding: float) -> None:
+def test_padding_of_scans_is_read_as_no_echo(padding: float) -> None:
     def pad(message: RawMessage) -> RawMessage:
         def change(scan: Any) -> None:
             ranges = np.append(scan.ranges[:100], np.full(20, padding, np.float32)).astype(np.float32)
@@ -218,7 +218,7 @@ def test_half_a_roll_over_two_transforms_is_upside_down() -> None:
     assert_is_tidy(read([transforms], scans(Lidar(inverted=True)), odometry()))
 
 
-def test_of_several_lidars_that_with_most_scans_is_read() -> None:
+def test_the_lidar_with_most_scans_is_read() -> None:
     rear = scans(topic="/rear")[::2]
     log = read([mount()], scans(topic="/front"), rear, odometry())
     assert_is_tidy(log)
@@ -226,7 +226,7 @@ def test_of_several_lidars_that_with_most_scans_is_read() -> None:
     assert len(read([mount()], scans(topic="/front"), rear, odometry(), topics=BagTopics(scan="rear"))) == SCANS // 2
 
 
-def test_of_two_frames_on_a_topic_the_frequent_one_is_read() -> None:
+def test_the_most_frequent_frame_of_a_topic_is_read() -> None:
     other = [changed(message, lambda scan: put(scan.header, frame_id="rear")) for message in scans()[::3]]
     log = read([mount()], scans(), other, odometry())
     assert_is_tidy(log)
@@ -254,7 +254,7 @@ def test_frames_with_slashes_are_the_same_frames() -> None:
 
 
 @pytest.mark.parametrize("topic", [TF, TF_STATIC])
-def test_the_mount_may_come_late(topic: str) -> None:
+def test_the_mount_may_follow_the_first_scan(topic: str) -> None:
     assert_is_tidy(read([mount(topic=topic)._replace(time=round(1e9 * (EPOCH + 3.9)))], scans(), odometry()))
 
 
@@ -277,7 +277,7 @@ def at(messages: Sequence[RawMessage], stamp: Callable[[int, float], float]) -> 
 
 @pytest.mark.parametrize("stamp", [0.0, 5000.0])
 @pytest.mark.parametrize("of_odometry", [True, False])
-def test_of_equal_stamps_times_of_receipt_serve(stamp: float, of_odometry: bool) -> None:
+def test_equal_stamps_are_replaced_by_times_of_receipt(stamp: float, of_odometry: bool) -> None:
     moving = at(odometry(), lambda *_: stamp) if of_odometry else odometry()
     log = read([mount()], at(scans(), lambda *_: stamp), moving)
     assert_is_tidy(log, within=0.01)
@@ -301,7 +301,7 @@ def test_stamps_a_little_out_of_order_keep_their_place() -> None:
     assert "stamps that do not increase, set between their neighbours (4: messages" in log.report
 
 
-def test_scans_of_another_epoch_meet_their_odometry() -> None:
+def test_scans_of_another_epoch_match_their_odometry() -> None:
     log = read([mount()], at(scans(), lambda _, time: 100.0 + time), odometry())
     assert_is_tidy(log, stamps=False, within=0.01)
     assert log.stamps[0] == pytest.approx(100.0)
@@ -318,7 +318,7 @@ def test_a_whole_log_of_another_epoch_stays_as_it_is() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 10, 57])
-def test_mended_stamps_increase_whatever_they_were(count: int) -> None:
+def test_corrected_stamps_always_increase(count: int) -> None:
     random = np.random.default_rng(count)
     for _ in range(20):
         stamps = random.integers(0, 2 * count, count).astype(float)
@@ -368,13 +368,13 @@ def test_a_joined_track_keeps_every_other_step() -> None:
     ],
     ids=["slow", "absent", "late"],
 )
-def test_odometry_that_is_missing_is_noted(times: list[float], note: str) -> None:
+def test_missing_odometry_is_noted(times: list[float], note: str) -> None:
     log = read([mount()], scans(), odometry(times))
     assert len(log) == SCANS
     assert note in log.report if note else log.report == "40 scans"
 
 
-def test_odometry_of_transforms_alone_serves() -> None:
+def test_odometry_of_transforms_alone_is_enough() -> None:
     moving = [
         raw(TF, TRANSFORMS, ENCODER.transforms(EPOCH + time, ("/odom", "/base_link", on_circle(time))), time)
         for time in TIMES
@@ -382,7 +382,7 @@ def test_odometry_of_transforms_alone_serves() -> None:
     assert_is_tidy(read([mount()], scans(), moving))
 
 
-def test_a_mount_on_another_base_of_the_robot_serves() -> None:
+def test_a_mount_on_another_base_frame_is_used() -> None:
     footprint = [changed(message, lambda value: put(value, child_frame_id="base_footprint")) for message in odometry()]
     assert_is_tidy(read([mount()], scans(), footprint))
 
@@ -403,7 +403,7 @@ def test_an_impossible_field_is_named_with_its_message() -> None:
 
 
 @pytest.mark.parametrize(("share", "warned", "failed"), [(2, False, False), (3, True, False), (6, True, True)])
-def test_loss_is_told_and_fails_beyond_a_half(share: int, warned: bool, failed: bool) -> None:
+def test_losing_over_half_of_the_scans_is_an_error(share: int, warned: bool, failed: bool) -> None:
     loss = read([mount()], broken(share), odometry()).loss
     assert (loss.warning is not None) is warned
     loss.require_most(lenient=True)
@@ -426,7 +426,7 @@ def test_loss_is_told_and_fails_beyond_a_half(share: int, warned: bool, failed: 
         (b"\x8dCActionCollection\x00", "an MRPT rawlog; give the CARMEN log"),
     ],
 )
-def test_files_that_are_no_logs_say_what_to_do(tmp_path: Path, begin: bytes, message: str) -> None:
+def test_files_that_are_not_logs_name_the_next_step(tmp_path: Path, begin: bytes, message: str) -> None:
     path = tmp_path / "thing.log"
     path.write_bytes(begin)
     with pytest.raises(LogError, match=message):
@@ -523,14 +523,14 @@ def varying_run(varying: Path) -> Path:
     return replay_experiment(varying, load_scenario("replay")).run(varying.parent / "run", pictures=False).folder
 
 
-def test_a_run_of_varying_beams_stays_on_its_way(varying_run: Path) -> None:
+def test_a_run_of_varying_beams_follows_the_truth(varying_run: Path) -> None:
     traces = Traces.read(varying_run)
     assert traces is not None
     assert len(traces.estimate) == SCANS
     np.testing.assert_allclose(traces.estimate[:, :2], TIDY.T_odom_base[:, :2], atol=0.02)
 
 
-def test_a_run_of_varying_beams_replays_to_the_bit(varying_run: Path, tmp_path: Path) -> None:
+def test_a_run_of_varying_beams_replays_bit_for_bit(varying_run: Path, tmp_path: Path) -> None:
     first, again = read_log(varying_run), tmp_path / "again.log"
     write_carmen(RunRecord.open(varying_run), again)
     for log in (first, read_log(again)):

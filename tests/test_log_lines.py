@@ -1,4 +1,4 @@
-"""``hopslam lines`` and ``hopslam bench``: what they write, and what they say when they cannot."""
+"""``hopslam lines`` and ``hopslam bench``: their files and their error messages."""
 
 import csv
 import io
@@ -34,7 +34,7 @@ def hopslam(*words: str | Path) -> Result:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_csv_reads_back_as_the_segments(small_log: Path, method: str) -> None:
+def test_a_csv_file_reads_back_as_the_same_segments(small_log: Path, method: str) -> None:
     segments = extract_segments(read_log(small_log).scan(3), line_config(method, None))
     rows = list(csv.DictReader(io.StringIO(CSV_HEADER + csv_lines(3, segments))))
     assert len(rows) == len(segments) > 0
@@ -53,14 +53,14 @@ def test_a_csv_reads_back_as_the_segments(small_log: Path, method: str) -> None:
         np.testing.assert_allclose(found, segments.covariance[:, [0, 1, 0], [0, 1, 1]], rtol=1e-8)
 
 
-def test_the_walls_of_the_small_log(small_log: Path) -> None:
+def test_the_walls_of_the_small_log_are_found(small_log: Path) -> None:
     """A passage 4 m wide that ends 3 m ahead: three lines, their normals away from the sensor."""
     segments = extract_segments(read_log(small_log).scan(0), line_config("chi_square", None))
     np.testing.assert_allclose(segments.rho, [2.0, 3.0, 2.0], atol=0.002)
     np.testing.assert_allclose(segments.theta, [-np.pi / 2, 0.0, np.pi / 2], atol=0.002)
 
 
-def test_geojson_has_what_the_csv_has(small_log: Path) -> None:
+def test_geojson_has_the_same_segments_as_csv(small_log: Path) -> None:
     segments = extract_segments(read_log(small_log).scan(0), line_config("chi_square", None))
     features = list(geojson_features(7, segments))
     assert [feature["geometry"]["coordinates"][0] for feature in features] == segments.start.tolist()
@@ -77,7 +77,7 @@ def test_lines_of_all_scans_on_the_standard_output(small_log: Path) -> None:
     assert f"{len(rows)} segments in 12 scans" in done.stderr
 
 
-def test_noise_is_learnt_from_scan_to_scan(small_log: Path, tmp_path: Path) -> None:
+def test_noise_is_learned_from_scan_to_scan(small_log: Path, tmp_path: Path) -> None:
     log, config, noise = read_log(small_log), line_config("chi_square", None), LearntNoise.start()
     write_lines(log, range(12), config, Outputs(csv=tmp_path / "lines.csv"))
     learnt = [noise.observe(log.scan(index)) for index in range(12)]
@@ -110,7 +110,7 @@ def test_lines_of_one_scan_in_files(small_log: Path, tmp_path: Path) -> None:
         (["--csv", "nowhere/lines.csv"], "nowhere/lines.csv: cannot be written"),
     ],
 )
-def test_what_cannot_be_is_one_line(
+def test_impossible_options_are_errors_of_one_line(
     small_log: Path, tmp_path: Path, words: list[str], complaint: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -138,7 +138,7 @@ def test_help_has_examples(words: list[str]) -> None:
     assert "Examples" in shown.stdout
 
 
-def test_bench_lines(tmp_path: Path) -> None:
+def test_bench_lines_prints_a_table(tmp_path: Path) -> None:
     pytest.importorskip("skimage")
     pytest.importorskip("cv2")
     done = hopslam("bench", "lines", "--seeds", "1", "--out", tmp_path / "lines.md")
@@ -148,7 +148,7 @@ def test_bench_lines(tmp_path: Path) -> None:
     assert "seeds 1000 to 1000" in text
 
 
-def test_bench_lines_of_a_log(small_log: Path) -> None:
+def test_bench_lines_reads_a_log(small_log: Path) -> None:
     pytest.importorskip("skimage")
     pytest.importorskip("cv2")
     done = hopslam("bench", "lines", "--log", small_log)
@@ -157,7 +157,7 @@ def test_bench_lines_of_a_log(small_log: Path) -> None:
     assert "RANSAC" in done.stdout
 
 
-def test_bench_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bench_paper_prints_its_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("skimage")
     monkeypatch.setattr("slam.bench.paper.report.QUICK_TRIALS", 3)
     monkeypatch.setattr("slam.bench.paper.report.QUICK_DURATION", 2.0)

@@ -1,4 +1,4 @@
-"""The loop on a robot and a method that say what the test wants."""
+"""The loop with a scripted robot and a scripted method."""
 
 import signal
 from collections.abc import Sequence
@@ -95,14 +95,14 @@ def test_the_pilot_sees_the_estimate_and_never_the_truth() -> None:
     ("truth", "belief", "ending", "drives"),
     [(Pose2D(-5.0), Pose2D(2.0), "arrived", 0), (Pose2D(2.0), Pose2D(-5.0), "no more scans", 3)],
 )
-def test_it_arrives_where_it_believes_to_be(truth: Pose2D, belief: Pose2D, ending: str, drives: int) -> None:
+def test_the_pilot_reaches_the_goal_by_its_estimate(truth: Pose2D, belief: Pose2D, ending: str, drives: int) -> None:
     robot = Scripted([truth] * 3)
     assert run_loop(env_of(robot), Oracle([belief] * 3), WaypointPilot(ROUTE, Pose2D()), [], 0) == ending
     assert len(robot.commands) == drives
 
 
 @pytest.mark.parametrize(("duration", "ending"), [(0.45, "duration over"), (9.0, "no more scans")])
-def test_the_end_of_the_duration_is_no_end_of_the_scans(duration: float, ending: str) -> None:
+def test_a_run_ends_with_the_duration_or_with_the_scans(duration: float, ending: str) -> None:
     robot = Scripted([TRUTH] * 4)
     assert run_loop(env_of(robot), Oracle([WRONG] * 4), ReplayPilot(4), [], 0, duration=duration) == ending
 
@@ -122,7 +122,7 @@ class Stamped(Scripted):
         return replace(observation, scan=scan, odometry=replace(observation.odometry, stamp=scan.stamp))
 
 
-def test_scans_whose_stamps_do_not_rise_are_left_out() -> None:
+def test_scans_with_non_increasing_stamps_are_left_out() -> None:
     notes = Notes()
     run_loop(env_of(Stamped([0.0, 0.1, 0.1, 0.05, 0.2])), Oracle([WRONG] * 5), ReplayPilot(4), [notes], 0)
     assert [step.estimate.stamp for step in notes.steps] == [0.0, 0.1, 0.2]
@@ -131,7 +131,7 @@ def test_scans_whose_stamps_do_not_rise_are_left_out() -> None:
 
 
 @pytest.mark.parametrize("at", [0, 2])
-def test_a_collision_ends_it_once_it_was_seen(at: int) -> None:
+def test_a_collision_ends_the_run_after_its_scan(at: int) -> None:
     robot, notes = Scripted([TRUTH] * 6, collides_at=at), Notes()
     assert run_loop(env_of(robot), Oracle([WRONG] * 6), ReplayPilot(6), [notes], 0) == "collided"
     assert [step.observation.collided for step in notes.steps] == [False] * at + [True]
@@ -143,7 +143,7 @@ def test_a_collision_at_the_goal_is_a_collision() -> None:
     assert run_loop(env_of(robot), Oracle([Pose2D(2.0)]), WaypointPilot(ROUTE, Pose2D()), [], 0) == "collided"
 
 
-def test_every_watcher_sees_every_step() -> None:
+def test_every_observer_gets_every_step() -> None:
     pilot, watchers = Notes(), [Notes(), Notes()]
     run_loop(env_of(Scripted([TRUTH] * 3)), Oracle([WRONG] * 3), pilot, watchers, 0)
     for notes in watchers:
@@ -183,7 +183,7 @@ class Silent(Scripted):
         return super().observe(timeout)
 
 
-def test_a_silent_robot_is_waited_for_standing() -> None:
+def test_a_silent_robot_is_stopped_and_waited_for() -> None:
     robot, pilot = Silent(2), Notes()
     assert run_loop(env_of(robot), Oracle([WRONG] * 4), pilot, [], 0, patience=600.0) == "no more scans"
     forward = Twist2D(0.5, -0.25)

@@ -1,4 +1,4 @@
-"""Loops closed while a robot drives: a ring of rooms, wheels that turn too far, and what must come out."""
+"""Loops closed during a run: a ring of rooms, and wheels that turn too far."""
 
 import itertools
 from collections.abc import Callable
@@ -90,7 +90,7 @@ def test_odometry_does_not_jump_where_the_map_does() -> None:
     assert slam.T_map_base == slam.T_map_local @ slam.T_local_base
 
 
-def test_the_map_holds_the_robot_before_a_loop_is_closed() -> None:
+def test_the_map_limits_drift_before_a_loop_is_closed() -> None:
     """Until the first closure of the second lap, live poses are nearer to the truth than local ones."""
     estimates, _, _ = drive(2.0, "auto")
     truth = stack_poses(around(2.0))
@@ -100,7 +100,7 @@ def test_the_map_holds_the_robot_before_a_loop_is_closed() -> None:
     assert off[0].mean() < 0.5 * off[1].mean()
 
 
-def test_without_loops_there_is_nothing_to_close() -> None:
+def test_without_loops_no_trajectory_is_closed() -> None:
     estimates, closed, slam = drive(0.5, "never")
     assert closed is None
     assert slam.loops is None
@@ -129,7 +129,7 @@ def test_a_short_run_needs_no_other_process(laps: float) -> None:
     assert errors(closed.trajectory(local_poses(estimates)), laps).max() < 0.1
 
 
-def test_the_covariance_holds_what_the_poses_err() -> None:
+def test_the_covariance_bounds_the_pose_errors() -> None:
     """Nine of ten errors of the closed run lie within three standard deviations."""
     _estimates, closed, _ = drive(2.0, "auto")
     assert closed is not None

@@ -42,7 +42,7 @@ def moved(x: float, y: float, turn: float) -> FloatArray:
 
 
 @given(st.floats(-3.0, 3.0), st.floats(0.4, 5.0))
-def test_a_second_place_as_good_leaves_the_way_to_it_open(bearing: float, apart: float) -> None:
+def test_an_equal_second_place_leaves_a_direction_open(bearing: float, apart: float) -> None:
     way = np.array([np.cos(bearing), np.sin(bearing)])
     direction, turned = _second_place([check(HERE, 8.0), check(moved(apart * way[0], apart * way[1], 0.0), 7.5)], OWN)
     assert direction == pytest.approx(way)
@@ -53,18 +53,18 @@ def test_a_second_place_as_good_leaves_the_way_to_it_open(bearing: float, apart:
     ("place", "agreement"),
     [((2.0, 0.0, 0.0), 7.0), ((0.1, 0.1, 0.0), 8.0), ((0.0, 0.0, 0.05), 8.0)],
 )
-def test_a_worse_or_the_same_place_leaves_nothing_open(place: tuple[float, float, float], agreement: float) -> None:
+def test_a_worse_or_equal_place_leaves_no_direction_open(place: tuple[float, float, float], agreement: float) -> None:
     assert _second_place([check(HERE, 8.0), check(moved(*place), agreement)], OWN) == (None, False)
     assert _second_place([check(HERE, 8.0)], OWN) == (None, False)
 
 
 @pytest.mark.parametrize("turn", [0.2, -np.pi + 0.01, np.pi])
-def test_a_second_place_that_is_turned_contradicts(turn: float) -> None:
+def test_a_rotated_second_place_is_a_contradiction(turn: float) -> None:
     assert _second_place([check(HERE, 8.0), check(moved(0.0, 0.0, turn), 7.5)], OWN)[1]
 
 
 @given(st.floats(-3.0, 3.0), st.lists(st.floats(-1.0, 1.0), min_size=9, max_size=9))
-def test_nothing_is_known_any_more_along_an_open_direction(bearing: float, row: list[float]) -> None:
+def test_an_open_direction_has_no_information(bearing: float, row: list[float]) -> None:
     """What is left is the information with that place unknown; what it says across and of the heading stays."""
     spread = np.reshape(row, (3, 3))
     information, d = spread @ spread.T + np.eye(3), np.array([np.cos(bearing), np.sin(bearing), 0.0])
@@ -76,11 +76,13 @@ def test_nothing_is_known_any_more_along_an_open_direction(bearing: float, row: 
     np.testing.assert_array_equal(_without(np.zeros((3, 3)), d[:2]), 0.0)
 
 
-def test_a_window_reaches_three_sigmas_but_not_beyond_its_most() -> None:
+def test_a_window_is_three_sigmas_up_to_its_maximum() -> None:
     small = _window(HERE, np.diag([0.19, 0.1, 0.05]) ** 2, 50)
     assert (small.places, small.headings) == (6, 8)  # 0.57 m and 0.15 rad, rounded up
     wide = _window(HERE, np.diag([20.0, 9.0, 0.4]) ** 2, 50)
     assert (wide.places, wide.headings) == (round(MOST_WINDOW / PIXEL), round(MOST_ANGLE / HEADING_STEP))
+    turned = _window(HERE, np.diag([0.5, 0.5, 0.6]) ** 2, 50)
+    assert turned.headings == 90  # three sigmas, more than is tried where the heading is known
     around = _window(HERE, np.diag([0.5, 0.5, 2.0]) ** 2, 50)
     assert around.headings * HEADING_STEP == pytest.approx(np.pi, abs=HEADING_STEP)
     np.testing.assert_allclose(small.information, np.diag(np.array([0.19, 0.1, 0.05]) ** -2.0) / 50.0)
@@ -119,14 +121,14 @@ KNOWN, ANY_HEADING = np.diag([0.3, 0.3, 0.1]) ** 2, np.diag([0.5, 0.5, 2.0]) ** 
 
 
 @pytest.mark.parametrize("covariance", [KNOWN, ANY_HEADING])
-def test_a_room_is_found_again_through_a_drift(covariance: FloatArray) -> None:
+def test_a_room_is_recognized_after_a_drift(covariance: FloatArray) -> None:
     loop = found_in(twice_in(L_ROOM, DRIFT), covariance)
     assert loop is not None
     assert compose_poses(loop.T_other_submap, DRIFT) == pytest.approx(np.zeros(3), abs=0.01)
     assert (loop.submap, loop.other, loop.agreeing) == (1, 0, 3)
 
 
-def test_a_hall_that_looks_alike_from_both_ends_is_found_where_its_heading_is_known() -> None:
+def test_a_symmetric_hall_is_found_if_its_heading_is_known() -> None:
     graph = twice_in(HALL, DRIFT)
     assert found_in(graph, ANY_HEADING) is None
     loop = found_in(graph, KNOWN)
@@ -135,18 +137,18 @@ def test_a_hall_that_looks_alike_from_both_ends_is_found_where_its_heading_is_kn
     assert off[1:] == pytest.approx(np.zeros(2), abs=0.01)  # along the hall it may be left where it was thought to be
 
 
-def test_another_room_is_no_loop() -> None:
+def test_another_room_gives_no_loop() -> None:
     graph = twice_in(L_ROOM, DRIFT)
     graph.keys[3:] = twice_in(outline((-2.0, -9.0), (2.0, -9.0), (1.0, 5.0), (-2.0, 5.0)), DRIFT).keys[3:]
     assert found_in(graph, KNOWN) is None
 
 
-def test_scans_that_see_hardly_a_wall_are_not_sought() -> None:
+def test_scans_with_few_walls_are_not_searched_for() -> None:
     graph = twice_in(outline((1.0, -0.1), (1.0, 0.1)), DRIFT)
     assert found_in(graph, KNOWN) is None
 
 
-def test_where_nothing_is_found_after_a_break_nothing_is_added() -> None:
+def test_without_a_match_after_a_break_no_edge_is_added() -> None:
     """The robot was carried into another room: the first is tried, by the graph, and with any heading."""
     corridor = outline((-9.0, -1.0), (9.0, -1.0), (9.0, 1.0), (-9.0, 1.0))
     graph = twice_in(L_ROOM, DRIFT, broken=True)

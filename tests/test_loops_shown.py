@@ -44,21 +44,21 @@ def live(lap_log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         return replay_experiment(lap_log, load_scenario("replay")).run(folder / "run", viewers, pictures=False).folder
 
 
-def test_way_and_loops_are_drawn_anew_at_closures(live: Path) -> None:
+def test_path_and_loops_are_redrawn_at_closures(live: Path) -> None:
     closures = int((RunRecord.open(live).traces.steps["closure"] >= 0).sum())
     assert closures > 1
     for entity in ("/map/trajectory/closed", "/map/loops", "/map/loops/doubted"):
         assert rows(live / "run.rrd", entity) == closures + 1
 
 
-def test_no_stroke_leads_over_a_jump(live: Path) -> None:
+def test_no_line_is_drawn_across_a_jump(live: Path) -> None:
     record = RunRecord.open(live)
     jumps = int((record.traces.steps["closure"] >= 0).sum())
     assert rows(live / "run.rrd", "/map/trajectory/slam") == len(record.traces.stamps) - 1 - jumps
     assert rows(live / "run.rrd", "/map/trajectory/odometry") == len(record.traces.stamps) - 1
 
 
-def test_a_finished_run_tells_the_same_of_its_loops(live: Path, tmp_path: Path) -> None:
+def test_a_finished_run_reports_the_same_loops(live: Path, tmp_path: Path) -> None:
     copy = shutil.copytree(live, tmp_path / "run", ignore=shutil.ignore_patterns("run.rrd"))
     finished = recording_of(copy, lambda scans, _: scans)
     live_told, told = (
@@ -71,7 +71,7 @@ def test_a_finished_run_tells_the_same_of_its_loops(live: Path, tmp_path: Path) 
     assert rows(finished, "/map/loops") == rows(live / "run.rrd", "/map/loops")
 
 
-def test_what_is_told_of_a_closure() -> None:
+def test_a_closure_is_described() -> None:
     loop = Loop(0, 41, 3, np.zeros(3), "odometry", 15, 14, 0.8, False, (), 900)
     text = "loop closed: submap 41 found in submap 3, 14 of 15 scans agree, map moved by 0.42 m"
     assert closure_text([loop], Pose2D(), Pose2D(0.42)) == text

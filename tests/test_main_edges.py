@@ -1,4 +1,4 @@
-"""Main directions of a building, and how far its walls are held to them."""
+"""Main directions of a building, and the alignment of its walls with them."""
 
 import numpy as np
 import pytest
@@ -20,26 +20,26 @@ def walls_of_parts(askew: float, apart: float, each: int = 20, parts: int = 12) 
     return np.radians(20.0 + off) + quarters, places
 
 
-def test_walls_of_any_direction_have_no_main_one() -> None:
+def test_walls_of_random_directions_have_no_main_direction() -> None:
     found = find_main_edges(np.linspace(0.0, 6.0, 40), np.full(40, 5.0), np.zeros((40, 2)))
     assert (found.direction == -1).all()
     assert not found.information.any()
 
 
-def test_walls_of_a_straight_building_are_held() -> None:
+def test_walls_of_a_straight_building_are_aligned() -> None:
     theta, places = walls_of_parts(askew=0.0, apart=0.4)
     found = find_main_edges(theta, np.full(len(theta), 3.0), places)
     assert (found.direction == 0).mean() > 0.95
     assert found.information.sum() > 0.5 * len(theta) / np.radians(0.4) ** 2
 
 
-def test_parts_with_directions_of_their_own_are_not_held() -> None:
+def test_parts_with_their_own_directions_are_not_aligned() -> None:
     theta, places = walls_of_parts(askew=0.8, apart=0.2)
     found = find_main_edges(theta, np.full(len(theta), 3.0), places)
     assert (found.direction == -1).all()
 
 
-def test_more_walls_of_a_part_say_no_more_than_it_does() -> None:
+def test_walls_of_one_part_are_one_observation() -> None:
     """The parts of the building are a little askew; the number of walls of each changes nothing."""
     told = []
     for each in (20, 200):
@@ -48,13 +48,13 @@ def test_more_walls_of_a_part_say_no_more_than_it_does() -> None:
     assert 0.0 < told[1] < 2.0 * told[0]
 
 
-def test_a_single_part_says_what_one_wall_does() -> None:
+def test_a_single_part_counts_as_one_wall() -> None:
     theta, places = walls_of_parts(askew=0.0, apart=0.4, parts=1, each=40)
     found = find_main_edges(theta, np.full(len(theta), 3.0), places)
     assert 0.0 < found.information.sum() < 1.0 / np.radians(0.3) ** 2
 
 
-def test_variances_within_and_between_parts_are_told_apart() -> None:
+def test_variances_within_and_between_parts_are_separated() -> None:
     random = np.random.default_rng(0)
     counts = random.integers(2, 60, 400)
     part = np.repeat(np.arange(len(counts)), counts)

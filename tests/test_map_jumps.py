@@ -1,4 +1,4 @@
-"""The map jumps under a robot when a loop is closed: the pilot stays calm, and the log has it as REP 105 asks."""
+"""The map jumps when a loop is closed: the pilot drives on smoothly, and the log follows REP 105."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -52,7 +52,7 @@ WITHOUT = drive(0.0, 0.0, 0)
 
 @pytest.mark.parametrize("turn", [0.0, 0.1, -0.1])
 @pytest.mark.parametrize("direction", np.linspace(-pi, pi, 8, endpoint=False))
-def test_a_jump_of_the_map_leaves_the_pilot_calm(direction: float, turn: float) -> None:
+def test_a_jump_of_the_map_does_not_jerk_the_robot(direction: float, turn: float) -> None:
     """Once at any moment of the way: it arrives, turns no faster than it may, at most half a turn there and half a turn
     back more than without, and goes at most twice the jump further."""
     for at in range(1, 220, 7):
@@ -73,7 +73,7 @@ def transforms(folder: Path) -> Iterator[tuple[Pose2D, Pose2D]]:
             yield T_odom_base.pose, T_map_odom.pose
 
 
-def test_the_map_jumps_against_odometry_and_odometry_never(lap_run: Path) -> None:
+def test_only_map_to_odom_jumps_never_odometry(lap_run: Path) -> None:
     record = RunRecord.open(lap_run)
     poses = list(transforms(lap_run))
     assert len(poses) == len(record.traces.stamps)

@@ -52,7 +52,7 @@ def tracked(drift: FloatArray, surfel_map: SurfelMap, T_map_local: FloatArray = 
 
 
 @pytest.mark.parametrize("drift", [(0.02, 0.0, 0.0), (0.0, -0.03, 0.0), (0.015, 0.02, 0.0002)])
-def test_a_drift_is_undone_by_the_map(drift: tuple[float, float, float]) -> None:
+def test_the_map_corrects_drift(drift: tuple[float, float, float]) -> None:
     assert tracked(np.array(drift), map_of_room()) == pytest.approx(T_MAP_LASER, abs=0.004)
 
 
@@ -61,17 +61,17 @@ def test_the_heading_follows_slowly() -> None:
     assert 0.01 < turned[2] - T_MAP_LASER[2] < 0.02
 
 
-def test_it_makes_no_difference_where_local_lies() -> None:
+def test_the_origin_of_the_local_frame_does_not_matter() -> None:
     drift, far = np.array([0.01, -0.02, 0.0]), np.array([5.0, 2.0, 1.0])
     assert tracked(drift, map_of_room(), far) == pytest.approx(tracked(drift, map_of_room()), abs=1e-9)
 
 
-def test_an_empty_map_says_nothing() -> None:
+def test_an_empty_map_gives_no_correction() -> None:
     drift = np.array([0.02, 0.01, 0.0])
     assert tracked(drift, SurfelMap(SurfelMapConfig())) == pytest.approx(T_MAP_LASER + drift, abs=1e-12)
 
 
-def test_a_scan_that_disagrees_says_nothing() -> None:
+def test_a_contradicting_scan_gives_no_correction() -> None:
     far = np.array([0.9, 0.7, 0.0])
     assert tracked(far, map_of_room()) == pytest.approx(T_MAP_LASER + far, abs=1e-12)
 
@@ -90,7 +90,7 @@ def test_after_a_break_the_place_is_searched_for(drift: tuple[float, float, floa
     assert known == [key]
 
 
-def test_a_broken_scan_waits_where_no_map_is() -> None:
+def test_after_a_break_scans_wait_outside_the_map() -> None:
     tracking, empty = MapTracking(LeastSquaresConfig(), SurfelMapConfig()), SurfelMap(SurfelMapConfig())
     off = T_MAP_LASER + np.array([0.5, 0.0, 0.2])
     first, second = broken_key(off), key_at(off)
@@ -100,14 +100,14 @@ def test_a_broken_scan_waits_where_no_map_is() -> None:
     assert known == [first, second]
 
 
-def test_scans_of_an_unknown_place_wait_for_a_while() -> None:
+def test_scans_of_an_unknown_place_wait_for_a_limited_time() -> None:
     tracking, empty = MapTracking(LeastSquaresConfig(), SurfelMapConfig()), SurfelMap(SurfelMapConfig())
     keys = [broken_key(T_MAP_LASER), *(key_at(T_MAP_LASER) for _ in range(MAX_WAITING))]
     known = [tracking.follow(key, ORIGIN, empty.grid)[1] for key in keys]
     assert [len(of_key) for of_key in known] == [*[0] * (MAX_WAITING - 1), MAX_WAITING, 1]
 
 
-def test_a_second_break_forgets_who_waited() -> None:
+def test_a_second_break_drops_the_waiting_scans() -> None:
     tracking, empty = MapTracking(LeastSquaresConfig(), SurfelMapConfig()), SurfelMap(SurfelMapConfig())
     tracking.follow(broken_key(T_MAP_LASER), ORIGIN, empty.grid)
     last = broken_key(T_MAP_LASER)

@@ -1,4 +1,4 @@
-"""The walls of a closed map, and how sure they are."""
+"""The walls of a closed map and their covariances."""
 
 import json
 from dataclasses import replace
@@ -36,16 +36,16 @@ def sigmas_of(wall: np.ndarray) -> np.ndarray:
     return mapped_walls(run).sigmas[0]
 
 
-def test_a_wall_is_as_sure_as_that_of_the_graph() -> None:
+def test_a_wall_has_the_covariance_of_the_graph() -> None:
     np.testing.assert_allclose(sigmas_of(WALL), SIGMAS)
     np.testing.assert_allclose(sigmas_of(WALL + np.array([0.0, 0.03])), SIGMAS)
 
 
-def test_away_from_the_middle_the_direction_tells() -> None:
+def test_direction_errors_grow_away_from_the_middle() -> None:
     np.testing.assert_allclose(sigmas_of(np.array([[8.0, 0.0], [10.0, 0.0]])), [np.hypot(0.01, 4.0 * 0.002), 0.002])
 
 
-def test_what_is_no_part_of_a_wall_of_the_graph_is_not_sure() -> None:
+def test_segments_outside_the_graph_have_no_covariance() -> None:
     for wall in (
         WALL[::-1],
         WALL + np.array([0.0, 0.2]),
@@ -55,7 +55,7 @@ def test_what_is_no_part_of_a_wall_of_the_graph_is_not_sure() -> None:
         assert np.isnan(sigmas_of(wall)).all()
 
 
-def test_where_no_two_key_scans_share_a_wall_none_is_sure() -> None:
+def test_without_shared_walls_no_covariance_is_known() -> None:
     _, run, _ = drive(0.25, "auto")
     assert run is not None
     none = RefinedWalls(np.empty((0, 2, 2)), np.empty((0, 2, 2)), np.empty(0), np.empty(0, int), np.empty(0, int))
@@ -64,7 +64,7 @@ def test_where_no_two_key_scans_share_a_wall_none_is_sure() -> None:
     assert np.isnan(found.sigmas).all()
 
 
-def test_the_file_has_metres_and_nulls(tmp_path: Path) -> None:
+def test_the_file_has_lengths_in_metres_and_nulls(tmp_path: Path) -> None:
     ends = np.stack([WALL, WALL + np.array([0.0, 3.0])])
     write_walls(tmp_path / "walls.geojson", MappedWalls(ends, np.array([SIGMAS, [np.nan, np.nan]])))
     first, second = json.loads((tmp_path / "walls.geojson").read_text())["features"]

@@ -79,7 +79,7 @@ def test_the_order_of_the_nodes_makes_no_difference() -> None:
     assert found == pytest.approx(pose_covariances(truth, edges, weights)[order], rel=1e-6, abs=1e-12)
 
 
-def test_poses_are_as_far_off_as_they_say() -> None:
+def test_pose_errors_fit_their_covariances() -> None:
     """Normalized errors squared of solved graphs are chi-square of three degrees of freedom."""
     squares = []
     for seed in range(50):

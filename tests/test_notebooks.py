@@ -1,4 +1,4 @@
-"""The notebooks run from their first cell to the last, on less work, and what their cells end with shows itself."""
+"""The notebooks run from the first cell to the last on smaller inputs, and their results have pictures."""
 
 import ast
 import json
@@ -51,7 +51,7 @@ def test_a_notebook_runs_from_its_first_cell(path: Path, module: ModuleType) -> 
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=[path.stem for path in NOTEBOOKS])
-def test_a_notebook_is_stripped_and_begins_by_itself(path: Path) -> None:
+def test_a_notebook_has_no_output_and_runs_alone(path: Path) -> None:
     document = json.loads(path.read_text())
     assert (document["nbformat"], document["nbformat_minor"]) == (4, 5)
     ids = [cell["id"] for cell in document["cells"]]

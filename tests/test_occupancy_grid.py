@@ -1,4 +1,4 @@
-"""The cells that a scan marks, against geometry that looks at every cell and every pair of beams."""
+"""The cells that a scan marks, against geometry that checks every cell and every pair of beams."""
 
 import numpy as np
 import pytest
@@ -60,13 +60,13 @@ def test_newly_seen_area_is_that_of_the_marked_cells(theta: float, ranges: list[
     assert grid.add_scan(scan, Pose2D(0.1, 0.2, theta)) == 0.0
 
 
-def test_only_silence_among_silence_is_open_space() -> None:
+def test_only_runs_of_missing_echoes_are_open_space() -> None:
     ranges = np.array([2.0, np.inf, 2.0, np.nan, -np.inf, 2.0, np.inf, np.inf, np.inf])
     scan = LaserScan(0.0, 0.0, 0.1, 0.1, 3.0, ranges)
     assert seen_ranges(scan).tolist() == [2.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 3.0, 3.0]
 
 
-def test_beams_free_what_lies_before_their_echo_and_no_more() -> None:
+def test_beams_free_cells_only_up_to_their_echo() -> None:
     grid = OccupancyGrid(Extent((-5.0, -5.0), (10.0, 10.0)), 1.0)
     grid.add_scan(LaserScan(0.0, -0.2, 0.2, 0.1, 3.0, np.full(3, 2.0)), Pose2D(0.4, 0.5))
     ahead = np.array([[1.5, 0.5], [2.5, 0.5], [3.5, 0.5]])
@@ -82,7 +82,7 @@ def test_a_whole_turn_leaves_no_gap_at_its_seam() -> None:
     assert (grid.at(around) == FREE).all()
 
 
-def test_outside_of_the_grid_nothing_is_known() -> None:
+def test_outside_the_grid_everything_is_unknown() -> None:
     grid = OccupancyGrid(Extent((0.0, 0.0), (2.0, 1.0)), 0.5)
     scan = LaserScan(0.0, 0.0, 0.1, 0.1, 9.0, np.full(3, 8.0))
     assert grid.cells.shape == (2, 4)
@@ -91,7 +91,7 @@ def test_outside_of_the_grid_nothing_is_known() -> None:
     assert (grid.at(np.array([[-0.1, 0.1], [0.1, -0.1], [2.1, 0.1], [0.1, 1.1]])) == UNKNOWN).all()
 
 
-def test_a_wall_stays_a_wall() -> None:
+def test_a_wall_stays_occupied() -> None:
     cells = np.zeros((3, 9), np.uint8)
     for length, echo in ((4.0, True), (8.4, False)):
         ends = np.array([[0.5 + length] * 2, [1.4, 1.6]])

@@ -1,4 +1,4 @@
-"""The motion model against the paper's equations as printed, and its limit for straight motion."""
+"""The motion model against the equations of the paper, and its limit for straight motion."""
 
 from math import cos, pi, sin
 
@@ -20,13 +20,13 @@ def close(a: Twist2D, b: Twist2D) -> bool:
 
 
 @given(twists, times)
-def test_the_twist_of_a_motion_is_the_one_that_made_it(twist: Twist2D, seconds: float) -> None:
+def test_the_twist_of_a_motion_is_recovered(twist: Twist2D, seconds: float) -> None:
     assert close(Twist2D.from_motion(twist.motion(seconds), seconds), twist)
     assert Twist2D.from_motion(twist.motion(seconds), 0.0) == Twist2D()
 
 
 @given(twists, times, times)
-def test_motions_at_one_twist_add_up(twist: Twist2D, first: float, second: float) -> None:
+def test_motions_at_a_constant_twist_compose(twist: Twist2D, first: float, second: float) -> None:
     parts, whole = twist.motion(first) @ twist.motion(second), twist.motion(first + second)
     assert parts.distance(whole) < 1e-9
     assert abs(wrap_angle(parts.theta - whole.theta)) < 1e-9
@@ -36,7 +36,7 @@ def test_motions_at_one_twist_add_up(twist: Twist2D, first: float, second: float
 
 
 @given(twists, st.floats(0.1, 1.0))
-def test_the_twist_of_the_wheels_is_the_one_that_turned_them(twist: Twist2D, track: float) -> None:
+def test_the_twist_is_recovered_from_the_wheels(twist: Twist2D, track: float) -> None:
     assert close(Twist2D.from_wheels(*twist.to_wheels(track), track), twist)
 
 
@@ -51,7 +51,7 @@ def printed(left: float, right: float, x: float, y: float, theta: float) -> Pose
 
 
 @given(travels, travels, st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi))
-def test_the_arc_is_the_printed_one(left: float, right: float, x: float, y: float, theta: float) -> None:
+def test_the_arc_is_that_of_the_published_equation(left: float, right: float, x: float, y: float, theta: float) -> None:
     assume(abs(left - right) > 1e-4)
     moved, expected = Pose2D(x, y, theta) @ wheel_motion(left, right, TRACK), printed(left, right, x, y, theta)
     assert moved.distance(expected) < 1e-9
@@ -59,7 +59,7 @@ def test_the_arc_is_the_printed_one(left: float, right: float, x: float, y: floa
 
 
 @given(travels, travels, st.floats(-pi, pi))
-def test_the_minus_that_eq_42_prints_is_a_slip(left: float, right: float, theta: float) -> None:
+def test_the_minus_sign_of_eq_42_is_a_misprint(left: float, right: float, theta: float) -> None:
     """With it the robot lands on the far side of its circle, twice the radius away."""
     assume(abs(left - right) > 1e-4)
     beta = (right - left) / TRACK
@@ -86,14 +86,14 @@ def test_straight_motion_is_exact() -> None:
 
 
 @given(travels, travels)
-def test_going_back_undoes_the_motion(left: float, right: float) -> None:
+def test_driving_back_undoes_the_motion(left: float, right: float) -> None:
     there_and_back = wheel_motion(left, right, TRACK) @ wheel_motion(-left, -right, TRACK)
     assert there_and_back.distance(Pose2D()) < 1e-12
     assert abs(there_and_back.theta) < 1e-12
 
 
 @given(travels, travels, st.floats(0.01, 0.99))
-def test_an_arc_is_its_two_parts(left: float, right: float, share: float) -> None:
+def test_an_arc_is_the_composition_of_its_halves(left: float, right: float, share: float) -> None:
     parts = wheel_motion(share * left, share * right, TRACK) @ wheel_motion(
         (1 - share) * left, (1 - share) * right, TRACK
     )
@@ -101,7 +101,7 @@ def test_an_arc_is_its_two_parts(left: float, right: float, share: float) -> Non
     assert parts.distance(whole) < 1e-12
 
 
-def test_turning_on_the_spot() -> None:
+def test_turning_on_the_spot_keeps_the_position() -> None:
     motion = wheel_motion(-TRACK * pi / 4, TRACK * pi / 4, TRACK)
     assert motion.distance(Pose2D()) < 1e-15
     assert motion.theta == pytest.approx(pi / 2)

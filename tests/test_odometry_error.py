@@ -35,24 +35,24 @@ def learnt(keys: list[KeyScan]) -> FloatArray:
     return OdometryError.learnt(keys, np.arange(len(keys)) > 0).sigmas
 
 
-def test_errors_are_learnt_for_every_metre() -> None:
+def test_errors_are_learned_per_metre() -> None:
     """A motion of 0.5 m and 0.2 rad counts as 0.6 m."""
     sigmas = (0.03, 0.02, 0.01)
     np.testing.assert_allclose(learnt(keys_of(wheels_of(2000, sigmas))), np.array(sigmas) / 0.6, rtol=0.08)
 
 
-def test_a_few_motions_that_went_wrong_change_little() -> None:
+def test_a_few_wrong_motions_change_little() -> None:
     wheels = wheels_of(2000, (0.03, 0.02, 0.01))
     slipped = wheels.copy()
     slipped[::10, 0] += 2.0
     np.testing.assert_allclose(learnt(keys_of(slipped)), learnt(keys_of(wheels)), rtol=0.2)
 
 
-def test_wheels_are_never_thought_to_be_exact() -> None:
+def test_wheel_errors_never_become_zero() -> None:
     np.testing.assert_array_equal(learnt(keys_of(np.tile(MOTION, (50, 1)))), LEAST)
 
 
-def test_too_few_sure_motions_teach_nothing() -> None:
+def test_too_few_sure_motions_change_nothing() -> None:
     wheels = wheels_of(200, (0.03, 0.02, 0.01))
     along_open = np.diag([1.0, 1e6, 1e6])
     for keys in (keys_of(wheels[:LEAST_STEPS]), keys_of(wheels, along_open), keys_of(wheels, broken=True)):
@@ -61,7 +61,7 @@ def test_too_few_sure_motions_teach_nothing() -> None:
     assert not any(is_sure(key) for key in keys_of(wheels, along_open))
 
 
-def test_standing_still_teaches_nothing() -> None:
+def test_standing_still_changes_nothing() -> None:
     keys = keys_of(np.zeros((50, 3)))
     np.testing.assert_array_equal(learnt(keys), GUESS)
 
@@ -88,6 +88,6 @@ def test_the_covariance_turns_with_the_motion(heading: float, way: float, turn: 
     np.testing.assert_allclose(ahead, np.diag(expected))
 
 
-def test_a_motion_of_nothing_is_known_to_the_floor() -> None:
+def test_no_motion_has_the_smallest_covariance() -> None:
     found = OdometryError(np.array(GUESS)).covariance(np.zeros(3), np.zeros(3))
     assert found == pytest.approx(np.diag(FLOOR**2))

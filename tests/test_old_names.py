@@ -1,4 +1,4 @@
-"""Names that users hold: moved modules are found under their old ones; commands, columns and keys are kept."""
+"""Old names stay valid: moved modules, commands, columns and keys."""
 
 import json
 import subprocess
@@ -19,7 +19,7 @@ from slam.scenario.file import load_scenario
 
 @pytest.mark.filterwarnings("ignore:.* is an old name")  # of the packages on the way to the module
 @pytest.mark.parametrize("old", MOVED)
-def test_old_module_is_found_and_said_to_be_old(old: str) -> None:
+def test_an_old_module_is_imported_with_a_warning(old: str) -> None:
     sys.modules.pop(old, None)
     with warnings.catch_warnings(action="ignore"):  # of its packages, which may be old too
         import_module(old.rpartition(".")[0])
@@ -30,7 +30,7 @@ def test_old_module_is_found_and_said_to_be_old(old: str) -> None:
     assert all(getattr(module, name) is getattr(new, name) for name in public)
 
 
-def test_place_of_old_module_is_read() -> None:
+def test_the_file_of_an_old_module_is_found() -> None:
     sys.modules.pop("slam.run.logs.replay", None)
     place = "slam.run.logs.replay:ReplayRobot"
     with pytest.warns(FutureWarning, match=r"slam\.run\.replay_robot now"):
@@ -44,7 +44,7 @@ def test_module_of_old_package_is_found() -> None:
         assert import_module("slam.run.scenario.wall").Wall is import_module("slam.scenario.wall").Wall
 
 
-def test_current_names_warn_of_nothing(tmp_path: Path) -> None:
+def test_current_names_give_no_warning(tmp_path: Path) -> None:
     words = "import slam.run.experiment, slam.sweep.sweep, slam.env.p3dx_env, sim, hardware.robot, slam.cli.main"
     done = subprocess.run([sys.executable, "-W", "error::FutureWarning", "-c", words], cwd=tmp_path, check=False)
     assert done.returncode == 0
@@ -76,7 +76,7 @@ MAP_KEYS = {
 
 
 @pytest.mark.parametrize("group", COMMANDS)
-def test_commands_of_version_0_1_are_there(group: str) -> None:
+def test_the_commands_of_version_0_1_exist(group: str) -> None:
     command = get_command(app)
     command = command.commands[group] if group else command
     assert set(COMMANDS[group].split()) <= set(command.commands)

@@ -1,4 +1,4 @@
-"""Loops that leave a direction open, after the graph was solved; edges over breaks."""
+"""Loops with an open direction after the graph is solved; edges over breaks."""
 
 from dataclasses import replace
 
@@ -44,13 +44,13 @@ def test_an_open_direction_follows_the_graph(off: float) -> None:
     np.testing.assert_allclose(place, expected, atol=1e-9)
 
 
-def test_a_loop_that_leaves_nothing_open_is_the_same() -> None:
+def test_a_loop_without_an_open_direction_is_unchanged() -> None:
     graph, loop = graph_with(0.7)
     sure = replace(loop, ambiguous=False)
     assert settled(sure, graph) is sure
 
 
-def test_edges_over_breaks_become_ordinary_ones() -> None:
+def test_edges_over_breaks_become_ordinary_edges() -> None:
     information = np.diag([4.0, 4.0, 4.0])
     edges = Edges.of([Edge(0, 1, np.zeros(3), information, loop) for loop in (NO_LOOP, BREAK, 3)])
     found, weights = edges.settled(np.array([1.0, 0.25, 0.5]))

@@ -1,4 +1,4 @@
-"""Loops of a finished run closed again."""
+"""Loops of a finished run, closed again."""
 
 import json
 import shutil
@@ -46,7 +46,7 @@ def test_the_same_settings_give_the_same_files(lap_run: Path, tmp_path: Path) ->
     assert_same(optimize(lap_run, out=tmp_path / "out"), lap_run)
 
 
-def test_other_settings_change_what_is_closed_alone(lap_run: Path, tmp_path: Path) -> None:
+def test_other_settings_change_only_closed_files(lap_run: Path, tmp_path: Path) -> None:
     folder = optimize(lap_run, "slam.map.cell=0.25", out=tmp_path / "out")
     for name in ON_THE_WAY:
         assert (folder / name).read_bytes() == (lap_run / name).read_bytes(), name
@@ -60,7 +60,7 @@ def test_other_settings_change_what_is_closed_alone(lap_run: Path, tmp_path: Pat
     assert_same(folder, lap_run)
 
 
-def test_a_run_that_was_killed_is_closed_and_stays_cut_off(copy: Path, lap_run: Path) -> None:
+def test_a_killed_run_is_closed_up_to_its_end(copy: Path, lap_run: Path) -> None:
     for name in (*CLOSED, "metrics.json"):
         (copy / name).unlink()
     optimize(copy)
@@ -68,7 +68,7 @@ def test_a_run_that_was_killed_is_closed_and_stays_cut_off(copy: Path, lap_run: 
     assert not RunRecord.open(copy).complete
 
 
-def test_nothing_is_touched_where_no_loops_are_closed(copy: Path, lap_run: Path, tmp_path: Path) -> None:
+def test_without_loops_no_file_is_changed(copy: Path, lap_run: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no loops are closed by these settings"):
         optimize(copy, "slam.loops=never", out=tmp_path / "out")
     experiment = continue_mapping(replay_experiment(copy, load_scenario("replay")), copy / "map.json", "saved")
@@ -86,7 +86,7 @@ def test_nothing_is_touched_where_no_loops_are_closed(copy: Path, lap_run: Path,
         assert (copy / path.name).read_bytes() == path.read_bytes()
 
 
-def test_the_command_prints_what_came_out(copy: Path) -> None:
+def test_the_command_prints_its_result(copy: Path) -> None:
     (copy / "run.rrd").write_text("older")
     result = CliRunner().invoke(app, ["optimize", str(copy)])
     assert result.exit_code == 0, result.output

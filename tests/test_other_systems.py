@@ -136,7 +136,7 @@ def test_windows_is_asked_whether_a_process_runs(
     assert is_running(1234) is runs
 
 
-def test_the_end_of_a_reader_has_a_number_of_its_own_on_windows(windows: Callable[..., None]) -> None:
+def test_windows_has_its_own_error_for_a_closed_pipe(windows: Callable[..., None]) -> None:
     assert not reader_has_ended(OSError(errno.EINVAL, "Invalid argument"))
     windows()
     assert reader_has_ended(OSError(errno.EINVAL, "Invalid argument"))
@@ -164,7 +164,7 @@ def refuse_link(*_: object) -> None:
     raise PermissionError(errno.EPERM, "Operation not permitted")
 
 
-def test_files_are_lent_where_nobody_may_make_symbolic_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_are_copied_without_the_right_to_make_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Path, "symlink_to", refuse_link)
     (tmp_path / "file").write_text("text")
     lend_file(tmp_path / "file", tmp_path / "lent")
@@ -172,7 +172,7 @@ def test_files_are_lent_where_nobody_may_make_symbolic_links(tmp_path: Path, mon
     assert is_lent(tmp_path / "lent")
 
 
-def test_a_disk_without_links_has_runs_and_no_latest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_without_links_has_no_latest_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Path, "symlink_to", refuse_link)
     folder = make_run_folder("corridor", runs=tmp_path)
     assert list(tmp_path.iterdir()) == [folder]
@@ -217,7 +217,7 @@ def test_serial_ports_of_other_systems_are_listed(
 
 
 @pytest.mark.parametrize("name", ["COM3", r"\\.\COM12", "/dev/cu.usbserial-1410", "/dev/tty.usbmodem1"])
-def test_names_of_ports_are_taken_as_each_system_has_them(name: str) -> None:
+def test_port_names_of_each_system_are_accepted(name: str) -> None:
     assert HardwareConfig(robot_port=name).robot_port == name
 
 
@@ -227,7 +227,7 @@ def test_windows_has_no_pseudo_terminal(windows: Callable[..., None]) -> None:
         pseudo_terminal()
 
 
-def test_macos_writes_through_the_memory_of_the_drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_macos_flushes_the_cache_of_the_drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
     monkeypatch.setattr(sys, "platform", "darwin")
     monkeypatch.setattr(fcntl, "F_FULLFSYNC", 51, raising=False)
@@ -259,7 +259,7 @@ class BlindPoll:
         return list(zip(self.watched, repeat(select.POLLNVAL), strict=False))
 
 
-def test_a_terminal_that_macos_does_not_watch_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_not_watched_by_macos_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "isatty", lambda _: True)
     poll = BlindPoll()
     monkeypatch.setattr(select, "poll", lambda: poll)

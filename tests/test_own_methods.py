@@ -1,4 +1,4 @@
-"""Extractors and matchers that are named ``module:name``."""
+"""User-defined extractors, matchers and back ends named ``module:name``."""
 
 import json
 import re
@@ -51,14 +51,14 @@ def own(settings: dict[str, Any]) -> SlamConfig:
     return SlamConfig.model_validate(settings, context={ALLOWED: ("own_methods",)})
 
 
-def test_an_extractor_named_is_the_one_called(here: str, scan_of: Scanner, room: FloatArray) -> None:
+def test_the_named_extractor_is_called(here: str, scan_of: Scanner, room: FloatArray) -> None:
     scan = scan_of(room, Pose2D(), 1)
     config = own({"lines": {"method": f"{here}:same_as_ours", "options": {"min_points": 9}}})
     ours = segments_by_chi_square(scan, ChiSquareConfig(min_points=9))
     assert np.array_equal(extract_segments(scan, config.lines).rho, ours.rho)
 
 
-def test_a_matcher_named_is_the_one_called(here: str, scan_of: Scanner, room: FloatArray) -> None:
+def test_the_named_matcher_is_called(here: str, scan_of: Scanner, room: FloatArray) -> None:
     paper = {"lines": {"method": "paper"}, "deskew": False}
     named = own(paper | {"matching": {"method": f"{here}:same_as_papers"}})
     poses = []
@@ -77,7 +77,7 @@ def test_a_matcher_named_is_the_one_called(here: str, scan_of: Scanner, room: Fl
         ("slam.pose:no_such_name", "module 'slam.pose' has no attribute 'no_such_name'"),
     ],
 )
-def test_what_is_not_there_is_said(place: str, says: str) -> None:
+def test_a_missing_method_is_reported(place: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
         import_by_name(place)
 
@@ -187,7 +187,7 @@ def faulty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         ("matching.method=faulty:Wrong", "faulty:Wrong.locate returned Pose2D, not Match"),
     ],
 )
-def test_what_own_code_does_wrong_is_one_line_that_names_it(
+def test_errors_of_own_code_are_one_line_with_its_name(
     setting: str, says: str, scan_of: Scanner, room: FloatArray
 ) -> None:
     config = load_scenario("corridor", [f"slam.{setting}"]).slam
@@ -227,7 +227,7 @@ SPOILT = "returned Segments whose "
         ("Nowhere", "{unconstrained: [1, 0, 0]}", "unconstrained is of shape (3,), not an array of shape (K, 3)"),
     ],
 )
-def test_numbers_of_own_code_that_cannot_be_used_are_named(
+def test_unusable_numbers_of_own_code_are_named(
     method: str, options: str, says: str, scan_of: Scanner, room: FloatArray
 ) -> None:
     part = "matching" if method == "Nowhere" else "lines"
@@ -276,7 +276,7 @@ def test_an_extractor_may_find_nothing_or_share_corners(scan_of: Scanner, room: 
         (":x", InputError, "no robot back end named ':x'"),
     ],
 )
-def test_what_a_back_end_of_ones_own_does_wrong_is_told(backend: str, error: type[Exception], says: str) -> None:
+def test_errors_of_an_own_back_end_are_reported(backend: str, error: type[Exception], says: str) -> None:
     with pytest.raises(error, match=re.escape(says)):
         make_robot(backend, load_scenario("corridor"), seed=0).observe()
 
@@ -291,5 +291,5 @@ def test_failing_own_code_leaves_a_complete_folder(tmp_path: Path) -> None:
     assert "faulty:tires: ZeroDivisionError" in metrics["error"]
 
 
-def test_an_own_plant_is_asked_for_all_that_is_used() -> None:
+def test_the_check_of_plants_covers_the_protocol() -> None:
     assert set(PLANT_PARTS) == {name for name in vars(Plant) if not name.startswith("_")}

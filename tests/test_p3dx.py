@@ -1,4 +1,4 @@
-"""The base: it goes where its wheels say, within its limits, and its odometry errs only as told."""
+"""The base: motion, limits and odometry errors."""
 
 from math import hypot, pi, sqrt
 from typing import Any
@@ -67,7 +67,7 @@ def roll(controller: Controller, left: int, right: int) -> None:
     controller.look((angles[0], 0.0, (), 0.0), (angles[1], 0.0, (), 0.0))
 
 
-def test_it_stands_where_it_was_put() -> None:
+def test_the_robot_starts_at_its_given_pose() -> None:
     start = Pose2D(1.0, -2.0, 2.5)
     rig = Rig(start=start)
     motion = start.between(rig.base.pose)
@@ -101,7 +101,7 @@ def test_odometry_without_errors_is_true_over_ten_turns(sense: float) -> None:
     assert truth.distance(odometry) < 2e-3
 
 
-def test_odometry_without_errors_is_true_on_a_winding_way() -> None:
+def test_odometry_without_errors_is_true_on_a_winding_path() -> None:
     rig = Rig(limits=Limits())
     for v, w in [(0.5, 0.8), (0.8, -1.0), (-0.3, 0.4), (0.0, 2.0), (0.6, 0.0), (0.0, 0.0)]:
         rig.go(v, w, 2.0)
@@ -170,7 +170,7 @@ def test_a_square_both_ways_drifts_as_borenstein_and_feng_say(sense: float, erro
 @pytest.mark.parametrize(
     "traction", [Traction(slip=0.05), Traction(effective_track=0.357), Traction(slip=0.02, effective_track=0.4)]
 )
-def test_slip_and_scrub_lose_motion_that_encoders_report(traction: Any) -> None:
+def test_slip_and_scrub_shorten_the_true_motion(traction: Any) -> None:
     rig = Rig(traction=traction)
     rig.go(0.8, 0.0, 4.0)
     rig.go(0.0, 0.0, 1.0)
@@ -223,7 +223,7 @@ def test_noise_of_the_encoders_does_not_add_up() -> None:
     assert abs(np.mean(ways) - 1000.0) < 2.0
 
 
-def test_mass_and_inertia_of_the_urdf_are_those_of_the_shapes() -> None:
+def test_mass_and_inertia_of_the_urdf_fit_the_shapes() -> None:
     links = {link.get("name"): link for link in ElementTree.parse(asset("urdf/p3dx.urdf")).findall("link")}
 
     def numbers(link: str, path: str) -> list[float]:
@@ -270,7 +270,7 @@ def test_speed_follows_the_ramps() -> None:
     assert rig.turned == pytest.approx(1.74 / 2, rel=0.01)
 
 
-def test_a_reversal_falls_through_zero_and_rises_again() -> None:
+def test_a_reversal_decelerates_to_zero_first() -> None:
     speeds, speed = [], 0.3
     while speed != -0.3:
         speed = ramped(speed, -0.3, rise=0.1, fall=0.2)
@@ -278,7 +278,7 @@ def test_a_reversal_falls_through_zero_and_rises_again() -> None:
     assert speeds == pytest.approx([0.1, 0.0, -0.1, -0.2, -0.3])
 
 
-def test_the_watchdog_stops_it_after_two_seconds() -> None:
+def test_the_watchdog_stops_the_robot_after_two_seconds() -> None:
     rig = Rig()
     rig.controller.command(Twist2D(0.5, 0.0))
     for _ in range(2 * RATE):

@@ -1,4 +1,4 @@
-"""People: they walk as people do, and legs never jump."""
+"""Walking people: their routes, pauses and legs."""
 
 from typing import Any
 
@@ -33,7 +33,7 @@ def test_one_leg_stands_while_the_other_swings(walked: Any, stride: float) -> No
 
 
 @given(st.floats(0.0, 2.0))
-def test_legs_keep_their_sides_on_a_straight_way(walked: Any) -> None:
+def test_legs_keep_their_sides_on_a_straight_path(walked: Any) -> None:
     nodes, distances = way((0.0, 0.0), (50.0, 0.0), (0.0, 0.0))
     legs = legs_at(nodes, distances, 10.0 + walked, 0.2, 0.7)
     assert legs[:, 1] == pytest.approx([0.1, -0.1])
@@ -49,7 +49,7 @@ def walked_by(person: Person, seconds: float, robot: tuple[float, float] = FAR) 
         return people.positions[0]
 
 
-def test_they_go_there_and_back_or_around() -> None:
+def test_people_walk_back_and_forth_or_around() -> None:
     points = ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0))
     assert walked_by(Person(waypoints=points), 6.0) == pytest.approx([3.0, 1.0])
     assert walked_by(Person(waypoints=points, closed=True, start=1.0), 4.0 + np.hypot(3, 2)) == pytest.approx(
@@ -58,24 +58,24 @@ def test_they_go_there_and_back_or_around() -> None:
     assert walked_by(Person(waypoints=points, speed=0.5, start=2.0), 4.0) == pytest.approx([3.0, 1.0])
 
 
-def test_they_rest_at_way_points() -> None:
+def test_people_rest_at_waypoints() -> None:
     person = Person(waypoints=((0.0, 0.0), (1.0, 0.0)), pause=2.0)
     assert walked_by(person, 2.5) == pytest.approx([1.0, 0.0])
     assert walked_by(person, 3.5)[0] == pytest.approx(0.5, abs=0.04)
 
 
 @pytest.mark.parametrize("length", [0.5, 1.0, 2.5, 3.0])
-def test_they_rest_also_where_a_step_ends_just_at_the_way_point(length: float) -> None:
+def test_a_step_ending_at_a_waypoint_rests_there(length: float) -> None:
     person = Person(waypoints=((0.0, 0.0), (length, 0.0)), pause=2.0)
     assert walked_by(person, length + 1.9)[0] == pytest.approx(length)
 
 
-def test_they_wait_while_the_robot_is_ahead_and_near() -> None:
+def test_people_wait_while_the_robot_is_near_ahead() -> None:
     person = Person(waypoints=((0.0, 0.0), (5.0, 0.0)), keep=0.5)
     assert walked_by(person, 4.0, robot=(2.0, 0.0))[0] == pytest.approx(1.5, abs=0.02)
     assert walked_by(person, 4.0, robot=(-0.2, 0.0))[0] == pytest.approx(4.0)
 
 
-def test_somebody_with_one_way_point_stands_there() -> None:
+def test_a_person_with_one_waypoint_stands_there() -> None:
     person = Person(waypoints=((1.0, 2.0), (1.0, 2.0)))
     assert walked_by(person, 3.0) == pytest.approx([1.0, 2.0])

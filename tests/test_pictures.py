@@ -1,4 +1,4 @@
-"""Every picture that is drawn: nothing is cut off at its edge, and the colour-blind tell its lines apart."""
+"""Every picture: nothing is cut off at its edge, and its line colours are distinct for the colour-blind."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def test_the_pictures_of_a_sweep_are_whole(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("width", [200, 960])
-def test_an_animation_names_its_colours_within_it(run: Path, width: int, tmp_path: Path) -> None:
+def test_an_animation_contains_its_legend(run: Path, width: int, tmp_path: Path) -> None:
     """The names stand above the map, and leave the edges of the picture free."""
     write_animation(RunRecord.open(run), tmp_path / "map.webp", 1.0, width)
     pixels = np.asarray(Image.open(tmp_path / "map.webp").convert("L")).astype(int)
@@ -197,19 +197,19 @@ def alike(colours: dict[str, str]) -> list[str]:
     ]
 
 
-def test_the_colour_distance_knows_black_and_white() -> None:
+def test_the_colour_distance_of_black_and_white_is_known() -> None:
     assert np.linalg.norm(lab("#ffffff", np.eye(3)) - lab("#000000", np.eye(3))) == pytest.approx(100.0, abs=0.01)
     assert len(alike({"slam": "#0a7d5a", "odometry": "#d1495b"})) == 2
 
 
-def test_the_lines_of_pictures_are_told_apart() -> None:
+def test_line_colours_of_pictures_are_distinct() -> None:
     names = ("slam", "odometry", "accent", "truth", "solid")
     assert not alike({"page": "#ffffff"} | {name: getattr(PAPER, name) for name in names if name != "solid"})
     assert not alike({name: getattr(PAPER, name) for name in names})
     assert len({PAPER.curve(k) for k in range(12)}) == 12
 
 
-def test_report_lines_are_told_apart_light_and_dark() -> None:
+def test_report_colours_are_distinct_in_light_and_dark() -> None:
     themes = re.findall(r":root \{(.*?)\}", PAGE.read_text(), re.DOTALL)
     assert len(themes) == 2
     for theme in themes:
@@ -218,7 +218,7 @@ def test_report_lines_are_told_apart_light_and_dark() -> None:
         assert not alike({name: colours[name] for name in ("card", "slam", "odometry", "accent")})
 
 
-def test_the_lines_of_the_viewer_are_told_apart() -> None:
+def test_line_colours_of_the_viewer_are_distinct() -> None:
     names = ("GROUND", "TRUE_WALLS", "MAP_LINES", "SLAM", "ODOMETRY", "TRUTH", "ROUTE")
     assert not alike({name: f"#{getattr(palette, name) >> 8:06x}" for name in names})
     assert not alike({str(k): f"#{colour >> 8:06x}" for k, colour in enumerate(palette.SERIES)})
@@ -226,7 +226,7 @@ def test_the_lines_of_the_viewer_are_told_apart() -> None:
     assert not alike({name: f"#{colour >> 8:06x}" for name, colour in marks.items()})
 
 
-def test_the_lines_of_the_environment_are_told_apart() -> None:
+def test_line_colours_of_the_environment_are_distinct() -> None:
     names = ("_FLOOR", "_TRUTH", "_LINE", "_ESTIMATE", "_GOAL", "_PERSON")
     colours = {name: "#{:02x}{:02x}{:02x}".format(*getattr(top_view, name)) for name in names}
     assert not alike(colours)

@@ -1,4 +1,4 @@
-"""Following way-points."""
+"""Following waypoints."""
 
 from itertools import pairwise
 from math import pi
@@ -13,15 +13,15 @@ from slam.scenario.schema import Route
 ROUTE = Route(waypoints=((2.0, 0.0), (2.0, 2.0)), speed=0.5, turn_speed=0.8, arrival=0.1)
 
 
-def test_straight_ahead_it_drives_at_full_speed() -> None:
+def test_the_pilot_drives_straight_at_full_speed() -> None:
     assert WaypointPilot(ROUTE, Pose2D()).command(Pose2D()) == Twist2D(0.5, 0.0)
 
 
-def test_it_turns_on_the_spot_first() -> None:
+def test_the_pilot_turns_on_the_spot_first() -> None:
     assert WaypointPilot(ROUTE, Pose2D()).command(Pose2D(0.0, 0.0, pi / 2)) == Twist2D(0.0, -0.8)
 
 
-def test_it_drives_the_whole_route_and_ends() -> None:
+def test_the_pilot_drives_the_whole_route() -> None:
     pilot, pose = WaypointPilot(ROUTE, Pose2D()), Pose2D()
     progress = [pilot.progress]
     for _ in range(400):
@@ -37,7 +37,7 @@ def test_it_drives_the_whole_route_and_ends() -> None:
     assert all(b > a - 0.02 for a, b in pairwise(progress))
 
 
-def test_without_waypoints_it_stands() -> None:
+def test_without_waypoints_the_pilot_stands() -> None:
     pilot = WaypointPilot(Route(), Pose2D())
     assert pilot.command(Pose2D()) == Twist2D()
     assert pilot.progress == 0.0

@@ -30,7 +30,7 @@ def test_pooled_pictures_hold_the_maxima_of_blocks() -> None:
         assert (pooled == block.max(axis=(1, 2))).all()
 
 
-def test_bounds_are_sums_of_maxima_inside_of_the_picture() -> None:
+def test_bounds_are_sums_of_maxima_inside_the_picture() -> None:
     pictures, shifts = drawn(), some_shifts()
     found = _bounds(shifts, pictures, BLOCKS)
     plain = np.zeros(found.shape, np.int64)
@@ -43,7 +43,7 @@ def test_bounds_are_sums_of_maxima_inside_of_the_picture() -> None:
     assert found.any()
 
 
-def test_the_best_place_of_a_block_is_that_of_a_plain_search() -> None:
+def test_the_best_place_of_a_block_equals_a_plain_search() -> None:
     """Facets that lie outside of the picture there count nothing; the prior takes its cost off."""
     pictures, shifts = drawn(), some_shifts()
     window = Window(np.array([1.0, -2.0, 0.3]), np.diag([0.4, 0.2, 5.0]), 10, 1)

@@ -17,6 +17,7 @@ from sim.plan.footprint import RADIUS, deepest_overlap
 from sim.plan.motors import INERTIA, MASS, MOMENT, rims_after
 from sim.random_stream import GOLDEN, fill_normal, fill_uniform, mixed
 from sim.robot import SimRobot
+from sim.robot_in_world import robot_in_world
 from sim.wall_plan import cell_near, wall_plan
 from sim.wheels import TRACK, WHEEL_RADIUS
 from slam.odometry import Twist2D
@@ -38,7 +39,7 @@ def scenario(engine: str, **changes: object) -> Scenario:
 
 @settings(max_examples=200)
 @given(ONE, ONE, ONE, ONE, st.floats(-pi, pi))
-def test_the_outline_meets_a_wall_where_its_polygon_does(
+def test_the_outline_hits_a_wall_where_its_polygon_does(
     x: float, y: float, to_x: float, to_y: float, theta: float
 ) -> None:
     plan = wall_plan([[np.array([[x, y], [to_x, to_y]])]], RADIUS)
@@ -53,7 +54,7 @@ def test_the_outline_meets_a_wall_where_its_polygon_does(
 
 
 @given(ONE, ONE, st.floats(0.01, 0.2))
-def test_the_outline_meets_a_leg_where_its_polygon_does(x: float, y: float, radius: float) -> None:
+def test_the_outline_hits_a_leg_where_its_polygon_does(x: float, y: float, radius: float) -> None:
     plan = wall_plan([[]], RADIUS)
     found = deepest_overlap(0.0, 0.0, 0.0, plan, 0, np.array([[x, y]]), np.array([radius]))
     apart = OUTLINE.distance(LineString([(x, y), (x, y)]).centroid)
@@ -62,11 +63,11 @@ def test_the_outline_meets_a_leg_where_its_polygon_does(x: float, y: float, radi
 
 
 @given(*[st.floats(-1.2, 1.2)] * 4)
-def test_motors_push_within_their_torque_and_as_newton_says(
+def test_motors_accelerate_by_newton_within_their_torque(
     left: float, right: float, left_target: float, right_target: float
 ) -> None:
     force, seconds = 12.3, 1.0 / 240.0
-    after = rims_after(left, right, left_target, right_target, seconds, force)
+    after = rims_after(left, right, left_target, right_target, seconds, force, 0.0)
     v, omega = (left + right) / 2.0, (right - left) / TRACK
     a = ((after[0] + after[1]) / 2.0 - v) / seconds
     alpha = ((after[1] - after[0]) / TRACK - omega) / seconds
@@ -105,23 +106,28 @@ ERRORS = {"odometry": {"left_radius": 0.099, "track": 0.34}, "traction": {"slip"
 
 @pytest.mark.parametrize("robot", [{}, ERRORS], ids=["exact", "errors"])
 def test_both_engines_drive_the_same_way(robot: Any) -> None:
-    """Twenty seconds of commands up to the limits; in curves at full speed a motor has not the torque for its ramp."""
+    """A minute of commands up to the limits; in curves at full speed a motor has not the torque for its ramp."""
     rng = np.random.default_rng(4)
-    commands = [Twist2D(rng.uniform(-0.3, 1.2), rng.uniform(-1.5, 1.5)) for _ in range(30)]
-    with SimRobot(scenario("bullet", robot=robot)) as bullet, SimRobot(scenario("plan", robot=robot)) as plan:
-        for k in range(200):
-            applied = [robot.drive(commands[k // 7]) for robot in (bullet, plan)]
-            assert applied[0] == applied[1]
-            one, other = bullet.observe(), plan.observe()
-            assert one is not None
-            assert other is not None
-            assert one.T_map_base.distance(other.T_map_base) < 5e-3
-            assert abs(one.T_map_base.between(other.T_map_base).theta) < np.radians(0.1)
-            assert one.odometry.T_odom_base.distance(other.odometry.T_odom_base) < 5e-3
-            assert one.odometry.twist.linear == pytest.approx(other.odometry.twist.linear, abs=2e-3)
+    scenarios = [scenario(engine, robot=robot) for engine in ("bullet", "plan")]
+    one, other = bodies = [robot_in_world(made, made.robot, made.clock.rate) for made in scenarios]
+    for body in bodies:
+        body.restart(0)
+    for k in range(600):
+        if k % 7 == 0:
+            command = Twist2D(rng.uniform(-0.3, 1.2), rng.uniform(-1.5, 1.5))
+        assert one.command(command) == other.command(command)
+        for body in bodies:
+            body.advance(6)
+        assert one.pose.distance(other.pose) < 2e-3
+        assert abs(one.pose.between(other.pose).theta) < np.radians(0.005)
+        assert np.abs(np.subtract(one.controller.ticks, other.controller.ticks)).max() <= 2
+        assert one.odometry.distance(other.odometry) < 2e-3
+        assert one.mean_twist().linear == pytest.approx(other.mean_twist().linear, abs=2e-3)
+    for body in bodies:
+        body.close()
 
 
-def test_both_engines_see_the_same_from_the_same_place() -> None:
+def test_both_engines_see_the_same_from_the_same_pose() -> None:
     world = {**HALL, "boxes": [{"center": [1.5, 0.3], "size": [0.4, 0.5, 0.6], "yaw": 0.4}]}
     people = [{"waypoints": [[-1.0, 1.0], [1.0, 1.5]]}]
     seen = []
@@ -191,7 +197,7 @@ def test_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
     assert runs[0] != runs[2]
 
 
-def test_it_needs_no_pybullet() -> None:
+def test_the_plan_robot_needs_no_pybullet() -> None:
     program = (
         "import sys; sys.modules['pybullet'] = None\n"
         "from sim.robot import SimRobot\nfrom slam.scenario.file import load_scenario\n"

@@ -33,14 +33,14 @@ def test_every_point_of_every_scan_is_kept() -> None:
     np.testing.assert_array_equal(made.points, np.concatenate(scans))
 
 
-def test_only_what_the_sensor_could_see_is_drawn() -> None:
+def test_only_visible_points_are_drawn() -> None:
     """4 m ahead at most, 6 cm at least, and nothing in the 120 degrees behind."""
     made = a_map([[3.9, 0], [4.1, 0], [0.05, 0], [-1, 0], [-0.4, 1], [-0.7, 1], [0, -2]])
     seen = made.draw_visible(Pose2D(), TABLE1.lidar, ALL, np.random.default_rng(0))
     np.testing.assert_array_equal(seen, [[3.9, 0], [-0.4, 1], [0, -2]])
 
 
-def test_what_is_drawn_is_in_the_frame_of_the_sensor() -> None:
+def test_drawn_points_are_in_the_sensor_frame() -> None:
     """Eq. (20) undoes eq. (17)."""
     T_map_laser, scan = Pose2D(5.0, -2.0, 1.0), np.array([[1.0, 0.5], [2.0, -0.3]])
     made = PointMap()
@@ -48,7 +48,7 @@ def test_what_is_drawn_is_in_the_frame_of_the_sensor() -> None:
     np.testing.assert_allclose(made.draw_visible(T_map_laser, TABLE1.lidar, ALL, np.random.default_rng(0)), scan)
 
 
-def test_a_whole_turn_sees_behind_itself_from_any_start() -> None:
+def test_a_full_turn_sees_behind_the_sensor() -> None:
     made = a_map([[1, 0], [0, 1], [-1, 0.01], [0, -1]])
     for angle_min in (0.0, -pi, 1.0):
         around = Lidar(angle_min, 2 * pi / 360, 361, 0.1, 10.0, 0.1)
@@ -61,7 +61,7 @@ def test_the_reach_can_be_shorter_than_the_sensor_s() -> None:
     np.testing.assert_array_equal(near, [[1.0, 0.0]])
 
 
-def test_three_quarters_are_drawn_at_random() -> None:
+def test_three_quarters_of_the_points_are_sampled() -> None:
     made = a_map([[1.0 + 1e-4 * k, 0.0] for k in range(10_000)])
     draws = [
         len(made.draw_visible(Pose2D(), TABLE1.lidar, PointMapConfig(), np.random.default_rng(k))) for k in range(5)

@@ -24,7 +24,7 @@ def test_composition_is_associative(a: Pose2D, b: Pose2D, c: Pose2D) -> None:
 
 
 @given(poses)
-def test_identity_and_inverse(a: Pose2D) -> None:
+def test_identity_and_inverse_are_those_of_a_group(a: Pose2D) -> None:
     assert close(a @ Pose2D(), a)
     assert close(Pose2D() @ a, a)
     assert close(a @ a.inverse(), Pose2D())
@@ -32,7 +32,7 @@ def test_identity_and_inverse(a: Pose2D) -> None:
 
 
 @given(poses, poses)
-def test_between_is_the_motion_from_one_to_the_other(a: Pose2D, b: Pose2D) -> None:
+def test_between_gives_the_relative_pose(a: Pose2D, b: Pose2D) -> None:
     assert close(a @ a.between(b), b)
 
 
@@ -70,7 +70,7 @@ def test_angles_of_an_array_are_wrapped_as_each_alone(angles: list[float]) -> No
 
 
 @given(st.lists(poses))
-def test_poses_survive_the_way_to_arrays_and_back(several: list[Pose2D]) -> None:
+def test_poses_are_converted_to_arrays_and_back(several: list[Pose2D]) -> None:
     rows = stack_poses(several)
     assert rows.shape == (len(several), 3)
     assert [Pose2D.from_array(row) for row in rows] == several
@@ -89,7 +89,7 @@ def test_the_length_of_a_path_is_the_sum_of_its_steps(path: list[Pose2D]) -> Non
     np.testing.assert_allclose(path_lengths(stack_poses(path)), [sum(steps[:k]) for k in range(len(path))], atol=1e-9)
 
 
-def test_known_pose() -> None:
+def test_a_known_pose_is_transformed() -> None:
     T_map_laser = Pose2D(1.0, 2.0, pi / 2) @ Pose2D(0.5, 0.0, 0.0)
     assert close(T_map_laser, Pose2D(1.0, 2.5, pi / 2))
     assert abs(Pose2D(1.0, 2.0, pi / 2).bearing(Pose2D(0.0, 2.0)) - pi / 2) < 1e-12

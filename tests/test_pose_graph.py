@@ -39,7 +39,7 @@ def loop_at(poses: FloatArray, first: int, second: int, number: int, off: tuple[
 
 
 @given(POSE, POSE)
-def test_poses_one_at_a_time_are_those_of_many(a: FloatArray, b: FloatArray) -> None:
+def test_adding_poses_one_by_one_equals_all_at_once(a: FloatArray, b: FloatArray) -> None:
     for found, expected in (
         (composed(a, b), compose_poses(a, b)),
         (between(a, b), relative_poses(a, b)),
@@ -49,7 +49,7 @@ def test_poses_one_at_a_time_are_those_of_many(a: FloatArray, b: FloatArray) -> 
         assert abs(wrap_angle(float(found[2] - expected[2]))) < 1e-9
 
 
-def test_without_noise_the_truth_comes_back() -> None:
+def test_without_noise_the_truth_is_found() -> None:
     truth = ring()
     edges = Edges.of([*chain(truth, np.zeros((39, 3))), loop_at(truth, 0, 39, 0, (0, 0, 0))])
     found = solve_graph(truth + np.vstack([np.zeros(3), np.full((39, 3), 0.05)]), edges, KERNEL).poses
@@ -58,7 +58,7 @@ def test_without_noise_the_truth_comes_back() -> None:
 
 @settings(max_examples=10, deadline=None)
 @given(POSE)
-def test_where_the_map_lies_does_not_matter(moved: FloatArray) -> None:
+def test_the_frame_of_the_map_does_not_matter(moved: FloatArray) -> None:
     truth, noise = ring(), np.random.default_rng(1).normal(0.0, NOISE, (39, 3))
     edges = Edges.of([*chain(truth, noise), loop_at(truth, 3, 38, 0, (0, 0, 0))])
     begin = start(chain(truth, noise), 40)
@@ -66,7 +66,7 @@ def test_where_the_map_lies_does_not_matter(moved: FloatArray) -> None:
     np.testing.assert_allclose(relative_poses(compose_poses(moved, here), there), 0.0, atol=1e-5)
 
 
-def test_a_loop_brings_back_what_has_drifted_away() -> None:
+def test_a_loop_corrects_the_drift() -> None:
     truth, drift = ring(), np.tile([0.0, 0.0, 0.003], (39, 1))
     edges = chain(truth, drift)
     begin = start(edges, 40)
@@ -76,7 +76,7 @@ def test_a_loop_brings_back_what_has_drifted_away() -> None:
     assert found.weights[-1] > 0.9
 
 
-def test_wrong_loops_among_right_ones_lose_their_say() -> None:
+def test_wrong_loops_get_little_weight() -> None:
     truth, noise = ring(), np.random.default_rng(2).normal(0.0, NOISE, (39, 3))
     right = [loop_at(truth, k, 39 - k, k, (0, 0, 0)) for k in range(5)]
     wrong = [loop_at(truth, 10, 30, 5, (3.0, -2.0, 0.5)), loop_at(truth, 5, 25, 6, (0.0, 4.0, 0.0))]
@@ -120,7 +120,7 @@ def test_the_errors_are_those_of_the_plain_sum() -> None:
     np.testing.assert_allclose(squared_errors(poses, edges), expected)
 
 
-def test_only_loops_are_doubted() -> None:
+def test_only_loops_have_a_robust_weight() -> None:
     weights = robust_weights(np.array([1e6, 1e6, 0.0]), np.array([False, True, True]), KERNEL)
     assert weights[0] == 1.0
     assert weights[1] < 1e-6

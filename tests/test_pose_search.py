@@ -1,4 +1,4 @@
-"""The search for the pose of a scan: silent wheels, wheels that jump, and scans that fit nowhere."""
+"""The pose search of a scan: missing odometry, jumping odometry, and scans without a match."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -40,7 +40,7 @@ def chained(motions: list[Pose2D]) -> list[Pose2D]:
 
 
 @pytest.mark.parametrize("turn", [0.9, -1.4])
-def test_a_motion_of_which_the_wheels_say_nothing_is_found(scan_of: Scanner, room: FloatArray, turn: float) -> None:
+def test_a_motion_missing_from_odometry_is_found(scan_of: Scanner, room: FloatArray, turn: float) -> None:
     """Half a metre and a turn at once; nothing else is wrong with them."""
     path = PATH[:20] + [PATH[19] @ Pose2D(0.4, 0.3, turn) @ PATH[19].between(pose) for pose in PATH[20:]]
     wheels = chained([Pose2D() if k == 19 else a.between(b) for k, (a, b) in enumerate(pairwise(path))])
@@ -52,7 +52,7 @@ def test_a_motion_of_which_the_wheels_say_nothing_is_found(scan_of: Scanner, roo
         assert not estimate.odometry_only
 
 
-def test_a_half_turn_is_not_believed(scan_of: Scanner, room: FloatArray) -> None:
+def test_a_half_turn_is_rejected(scan_of: Scanner, room: FloatArray) -> None:
     """A new place may look like the other end of a known one; the wheels are believed then."""
     path = [*PATH[:20], PATH[19] @ Pose2D(0.4, 0.3, 3.1)]
     wheels = [*PATH[:20], PATH[19] @ Pose2D(0.4, 0.3, 0.0)]
@@ -60,7 +60,7 @@ def test_a_half_turn_is_not_believed(scan_of: Scanner, room: FloatArray) -> None
     assert abs(wheels[-1].between(found).theta) < 1.0
 
 
-def test_wheels_that_are_set_to_zero_do_not_move_the_robot(scan_of: Scanner, room: FloatArray) -> None:
+def test_reset_odometry_does_not_move_the_robot(scan_of: Scanner, room: FloatArray) -> None:
     wheels = [Pose2D(30.0, -20.0, 1.0) @ PATH[0].between(pose) for pose in PATH[:20]]
     wheels += [PATH[20].between(pose) for pose in PATH[20:]]
     run = drive(scan_of, [room] * 40, PATH, wheels)
@@ -68,7 +68,7 @@ def test_wheels_that_are_set_to_zero_do_not_move_the_robot(scan_of: Scanner, roo
         assert truth.distance(estimate.T_map_base) < 0.03
 
 
-def test_what_fits_nowhere_is_odometry_alone_and_not_mapped(scan_of: Scanner, room: FloatArray) -> None:
+def test_a_scan_without_a_match_is_not_mapped(scan_of: Scanner, room: FloatArray) -> None:
     """The scans of a few metres are of another building."""
     rooms = [HALL if 20 <= k < 30 else room for k in range(40)]
     run = drive(scan_of, rooms, PATH, PATH)
@@ -93,7 +93,7 @@ def view(surfel_map: SurfelMap, scan: LaserScan, pose: Pose2D) -> View:
 
 
 @given(st.floats(0.0, 1.9), st.floats(-0.3, 0.3), st.floats(-1.0, 2.5))
-def test_the_view_that_the_map_predicts_is_what_is_seen(
+def test_the_predicted_view_is_the_scan(
     mapped: SurfelMap, scan_of: Scanner, room: FloatArray, x: float, y: float, theta: float
 ) -> None:
     pose = Pose2D(x, y, theta)
@@ -104,7 +104,7 @@ def test_the_view_that_the_map_predicts_is_what_is_seen(
     assert elsewhere.borne_out < there.borne_out
 
 
-def test_a_map_that_predicts_nothing_speaks_against_nothing(scan_of: Scanner, room: FloatArray) -> None:
+def test_an_empty_prediction_rejects_nothing(scan_of: Scanner, room: FloatArray) -> None:
     nothing = view(SurfelMap(SlamConfig().map), scan_of(room, Pose2D(), 1), Pose2D())
     assert nothing == View(0.0, 0.0, 0.0)
     assert nothing.borne_out == 1.0

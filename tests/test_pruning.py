@@ -1,4 +1,4 @@
-"""Pruning of the graph: what leaves it, what stays where it was, and that laps do not make it grow."""
+"""Pruning of the graph: removed and kept key scans, and a size that does not grow with laps."""
 
 from dataclasses import replace
 from typing import Final
@@ -127,7 +127,7 @@ def test_five_more_laps_do_not_make_the_graph_larger(driven: Drive, early: BackE
     assert back_end._pruning.anchors.nbytes < 128 * driven.keys[-1].submaps[0]
 
 
-def test_numbers_of_what_is_left_are_right(driven: Drive, back_end: BackEnd) -> None:
+def test_remaining_key_scans_are_renumbered(driven: Drive, back_end: BackEnd) -> None:
     graph, taken = back_end.graph, {key.index: key for key in driven.keys}
     assert graph.taken == len(driven.keys)
     for number, (key, node) in enumerate(zip(graph.keys, graph.key_nodes, strict=True)):
@@ -152,7 +152,7 @@ def test_odometry_joins_only_key_scans_that_follow_each_other(driven: Drive, bac
     assert joined_scans == [(index, after[index]) for index in sorted(kept) if after.get(index) in kept]
 
 
-def test_every_scan_has_its_place(driven: Drive) -> None:
+def test_every_scan_has_a_place_in_the_graph(driven: Drive) -> None:
     closed = driven.back_end(5).finish(np.zeros(3))
     assert len(closed.anchors.indices) > 0
     assert not set(closed.anchors.indices.tolist()) & set(closed.indices.tolist())
@@ -162,7 +162,7 @@ def test_every_scan_has_its_place(driven: Drive) -> None:
     assert np.sqrt(np.mean(off**2)) < 0.03
 
 
-def test_what_is_kept_stays_where_it_was(driven: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kept_key_scans_do_not_move(driven: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patched:
         patched.setattr(Pruning, "prune", lambda *_: None)
         back_end = driven.back_end(5)
@@ -179,7 +179,7 @@ def test_what_is_kept_stays_where_it_was(driven: Drive, monkeypatch: pytest.Monk
     assert np.abs(moved).max() < 0.005
 
 
-def test_where_nothing_overlaps_nothing_is_pruned(driven: Drive) -> None:
+def test_without_overlap_nothing_is_pruned(driven: Drive) -> None:
     graph = driven.back_end(1).graph
     assert [key.index for key in graph.keys] == [key.index for key in driven.keys if key.index < len(LAP)]
     assert not graph.ties
@@ -215,7 +215,7 @@ def covariance_of(edges: list[Edge], start: FloatArray, node: int) -> tuple[Floa
 
 @given(POSES, SPREADS)
 @settings(max_examples=30)
-def test_an_edge_turned_round_twice_is_the_edge(measured: FloatArray, spread: FloatArray) -> None:
+def test_an_edge_inverted_twice_is_unchanged(measured: FloatArray, spread: FloatArray) -> None:
     once = edge(0, 1, measured, spread)
     twice = turned_round(turned_round(once))
     np.testing.assert_allclose(compose_poses(once.measured, turned_round(once).measured), 0.0, atol=1e-9)
@@ -225,7 +225,9 @@ def test_an_edge_turned_round_twice_is_the_edge(measured: FloatArray, spread: Fl
 
 @given(POSES, POSES, SPREADS, SPREADS)
 @settings(max_examples=30)
-def test_joined_edges_say_what_the_graph_says(a: FloatArray, b: FloatArray, s: FloatArray, t: FloatArray) -> None:
+def test_joined_edges_equal_the_marginal_of_the_graph(
+    a: FloatArray, b: FloatArray, s: FloatArray, t: FloatArray
+) -> None:
     first, second = edge(0, 1, a, s), edge(1, 2, b, t)
     one = joined(first, second)
     start = np.array([np.zeros(3), a, compose_poses(a, b)])
@@ -238,7 +240,7 @@ def test_joined_edges_say_what_the_graph_says(a: FloatArray, b: FloatArray, s: F
 
 @given(POSES, SPREADS, SPREADS, POSES)
 @settings(max_examples=30)
-def test_two_edges_fused_say_what_both_say(a: FloatArray, s: FloatArray, t: FloatArray, off: FloatArray) -> None:
+def test_a_fused_edge_has_the_information_of_both(a: FloatArray, s: FloatArray, t: FloatArray, off: FloatArray) -> None:
     first, second = edge(0, 1, a, s), edge(0, 1, a + 0.01 * off, t)
     one = fused(first, second)
     pose, covariance = covariance_of([first, second], np.array([np.zeros(3), a]), 1)
@@ -246,7 +248,7 @@ def test_two_edges_fused_say_what_both_say(a: FloatArray, s: FloatArray, t: Floa
     np.testing.assert_allclose(np.linalg.inv(one.information), covariance, rtol=1e-6, atol=1e-8)
 
 
-def test_what_is_known_again_and_again_does_not_become_sure() -> None:
+def test_repeated_information_does_not_shrink_covariance() -> None:
     again = Edge(0, 1, np.zeros(3), np.diag([400.0, 400.0, 1e4]))
     tie, sigmas = again, np.array([0.01, 0.01, 0.002])
     for _ in range(1000):
@@ -254,7 +256,7 @@ def test_what_is_known_again_and_again_does_not_become_sure() -> None:
     assert (0.01 < np.sqrt(np.diag(np.linalg.inv(tie.information))[:2])).all()
 
 
-def test_anchors_ride_on_their_submaps() -> None:
+def test_anchors_move_with_their_submaps() -> None:
     anchors, moved = Anchors(), np.array([1.0, 2.0, np.pi / 2])
     anchors.add(9, np.array([4.0, 0.0, 0.0]), 3, np.array([1.0, 0.0, 0.0]))
     anchors.add(5, np.array([3.0, 0.0, 0.0]), 0, np.array([0.0, 1.0, 0.5]))

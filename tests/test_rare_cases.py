@@ -38,7 +38,7 @@ def grid_of(facets: FloatArray) -> Grid:
     return grid
 
 
-def test_the_free_floor_ends_with_its_cells() -> None:
+def test_free_floor_ends_at_its_last_cell() -> None:
     """In a hall of 40 m only the 16 m to each side are kept; the row through the middle is free from end to end."""
     corners = 20.0 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     free = Constellation.of(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)).free
@@ -46,7 +46,7 @@ def test_the_free_floor_ends_with_its_cells() -> None:
     assert not Constellation.of(np.empty((0, 2, 2))).free.any()
 
 
-def test_a_piece_that_the_line_turned_away_from_is_let_go() -> None:
+def test_pieces_off_the_refitted_line_are_dropped() -> None:
     def piece(x: float, y: float) -> FloatArray:
         return 1e4 * np.array([1.0, x, y, x * x, x * y, y * y, 0.0, 1.0, 0.0, 0.0, 1.0])
 
@@ -58,7 +58,7 @@ def test_a_piece_that_the_line_turned_away_from_is_let_go() -> None:
     np.testing.assert_allclose(sums, pieces[:2].sum(axis=0))
 
 
-def test_a_short_wall_has_few_places_beside_itself() -> None:
+def test_a_short_wall_has_few_places_along_itself() -> None:
     """Its strip is seven cells long, and two places are more than two cells apart."""
     places = places_voted_for(WALL, WALL)
     assert 0 < len(places) < SHIFTS
@@ -67,7 +67,7 @@ def test_a_short_wall_has_few_places_beside_itself() -> None:
     assert np.abs(best[[PLACE_X, PLACE_Y]]).max() <= 0.25
 
 
-def test_few_turns_are_looked_into_and_they_are_apart() -> None:
+def test_few_distinct_turns_are_examined() -> None:
     angles = np.linspace(0.0, 2.0 * np.pi, 13)[:-1]
     walls = np.column_stack(
         [3.0 * np.sin(angles), -3.0 * np.cos(angles), np.cos(angles), np.sin(angles), 0 * angles + 1]
@@ -83,7 +83,7 @@ def test_walls_out_of_reach_have_no_vote() -> None:
     assert shift_votes(WALL, WALL).any()
 
 
-def test_what_is_remembered_of_a_range_has_a_limit() -> None:
+def test_the_memory_of_a_range_is_limited() -> None:
     counts = np.ones((BANDS, SIZES))
     counts[3, :10] = MEMORY / 5.0
     learnt, before = LearntNoise(counts.copy()), counts[3] / counts[3].sum()
@@ -104,7 +104,7 @@ def test_exact_points_lie_on_the_line_that_is_found(theta: float, rho: float) ->
     assert np.cos(lines[0, 1] - theta) == pytest.approx(1.0, abs=1e-12)
 
 
-def test_a_gap_parts_a_line_where_that_is_asked() -> None:
+def test_a_gap_splits_a_line_if_enabled() -> None:
     x = np.concatenate([np.linspace(0.0, 1.0, 10), np.linspace(3.0, 4.0, 10)])
     points = np.column_stack([x, np.ones(20)])
     assert runs_and_lines(points, 0.02, 2, 5, np.inf)[0].tolist() == [[0, 19]]
@@ -146,7 +146,7 @@ def test_three_runs_of_one_wall_are_made_one() -> None:
         assert partition.start[: runs + 1].tolist() == expected
 
 
-def test_a_wall_is_kept_where_it_is_long_enough() -> None:
+def test_a_wall_is_kept_only_if_long_enough() -> None:
     fan, sums = beams_on_a_wall()
     for least, kept in ((1.0, 1), (1.5, 0)):
         numbers, lines = wall_lines(np.array([[0, 14, 0, 14, 0]]), sums[-1:], fan, 0.04, least, 0.1)[:2]
@@ -154,7 +154,7 @@ def test_a_wall_is_kept_where_it_is_long_enough() -> None:
         np.testing.assert_allclose(lines, np.reshape([[2.0, 0.0]] * kept, (-1, 2)), atol=1e-9)
 
 
-def test_the_peak_lies_between_the_values_but_not_beyond_their_end() -> None:
+def test_an_interpolated_peak_stays_within_the_values() -> None:
     values = -((np.arange(6) - 2.3) ** 2)
     assert _peak(values, 2) == pytest.approx(0.3)
     assert _peak(values, 0) == _peak(values, 5) == _peak(np.ones(3), 1) == 0.0
@@ -171,7 +171,7 @@ def test_the_peak_lies_between_the_values_but_not_beyond_their_end() -> None:
         (4.0, 5.0, 0.1, [(0.0, 3.0)]),
     ],
 )
-def test_a_better_wall_takes_away_what_it_shows(
+def test_a_better_wall_replaces_its_part_of_another(
     begin: float, end: float, beside: float, left: list[tuple[float, float]]
 ) -> None:
     walls = np.array([[[0.0, 0.0], [3.0, 0.0]], [[begin, beside], [end, beside]]])
@@ -181,13 +181,13 @@ def test_a_better_wall_takes_away_what_it_shows(
     np.testing.assert_allclose(np.reshape(parts, (-1, 2)), np.reshape(left, (-1, 2)), atol=1e-12)
 
 
-def test_a_corner_does_not_turn_a_short_wall_round() -> None:
+def test_a_corner_does_not_reverse_a_short_wall() -> None:
     """The corner lies near its start: that goes there, and its end stays."""
     walls = np.array([[[0.04, -1.0], [0.04, 1.0]], [[0.0, 0.0], [0.22, 0.0]]])
     np.testing.assert_allclose(meet_at_corners(walls)[1], [[0.04, 0.0], [0.22, 0.0]], atol=1e-12)
 
 
-def test_beams_without_a_reading_say_nothing_of_a_pose() -> None:
+def test_beams_without_a_reading_do_not_score_a_pose() -> None:
     bearings = np.linspace(-0.5, 0.5, 21)
     grid = grid_of(facets_at([(2.0, y) for y in np.arange(-1.3, 1.3, 0.2)], (1.0, 0.0)))
     ranges = 2.0 / np.cos(bearings)

@@ -1,4 +1,4 @@
-"""Both ray casters: each other's equal, and the closed form's."""
+"""Both ray casters agree with each other and with the closed form."""
 
 import numpy as np
 import pytest
@@ -84,7 +84,7 @@ def test_both_casters_agree_within_a_tenth_of_a_millimetre(seed: int) -> None:
 
 @settings(max_examples=60)
 @given(st.integers(0, 10_000), st.sampled_from([0.0, 0.5, 2.0, 30.0]), st.sampled_from([0.0, -0.8, 5.0, 25.0]))
-def test_a_rolling_fan_agrees_with_brute_force(seed: int, speed: float, turn_speed: float) -> None:
+def test_a_moving_fan_agrees_with_brute_force(seed: int, speed: float, turn_speed: float) -> None:
     rng = np.random.default_rng(seed)
     prisms, rays = random_world(rng), swept_rays(rng, speed, turn_speed)
     ranges = ExactCaster(prisms, HEIGHT, REACH).cast(rays)
@@ -134,7 +134,7 @@ def test_a_rough_bearing_is_within_its_bound() -> None:
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
-def test_in_an_empty_world_there_is_nothing(caster: str) -> None:
+def test_rays_in_an_empty_world_have_no_echo(caster: str) -> None:
     with World([], 240) as world:
         rays = rays_along(np.zeros((2, 2)), np.array([0.0, np.pi / 2]))
         assert world.caster(caster, HEIGHT, REACH).cast(rays).tolist() == [np.inf, np.inf]

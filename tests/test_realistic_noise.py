@@ -1,4 +1,4 @@
-"""The realistic noise: where it comes from, and that the other models lack it."""
+"""The realistic noise: its parts, and their absence in the other models."""
 
 from typing import get_args
 
@@ -27,7 +27,7 @@ def many(ranges: np.ndarray, config: LidarConfig = REALISTIC, time: float = WARM
     return np.array([measure(ranges, time, config, rng) for _ in range(400)])
 
 
-def test_every_noise_of_the_settings_is_made_and_no_other() -> None:
+def test_each_noise_is_added_only_if_set() -> None:
     assert set(NOISES) == set(get_args(NoiseName))
 
 
@@ -52,7 +52,7 @@ def test_echoes_are_lost_with_range_incidence_and_dark_surfaces() -> None:
     assert dark[:, 340].mean() == pytest.approx(np.exp(-0.1 / 1.9**2 / 0.01), abs=0.06)
 
 
-def test_no_echo_stays_no_echo() -> None:
+def test_a_missing_echo_stays_missing() -> None:
     assert np.isposinf(many(np.full(682, np.inf))).all()
 
 
@@ -68,7 +68,7 @@ def test_beams_beside_an_edge_give_ranges_in_between() -> None:
     assert between[:, :298].sum() == between[:, 303:].sum() == 0
 
 
-def test_the_mean_of_both_surfaces_is_by_the_light_of_each() -> None:
+def test_mixed_ranges_are_weighted_by_the_light() -> None:
     share = 0.3
     mixed = mixed_pixels(edge_at(300, 1.0, 3.0), STEP, np.full(682, share))
     over = (BEAM_HALF_WIDTH - share * STEP) / (2.0 * BEAM_HALF_WIDTH)
@@ -77,7 +77,7 @@ def test_the_mean_of_both_surfaces_is_by_the_light_of_each() -> None:
     assert (mixed[:299] == 1.0).all()
 
 
-def test_a_wall_seen_aslant_and_a_corner_have_no_edge() -> None:
+def test_slanting_walls_and_corners_have_no_edge() -> None:
     corner = np.minimum(wall(1.5), np.where(ANGLES > 0.01, 1.0 / np.sin(np.maximum(ANGLES, 0.01)), np.inf))
     assert abs(np.diff(wall(0.5)[np.isfinite(wall(0.5))])).max() > 0.2
     for ranges in (wall(0.5), corner):

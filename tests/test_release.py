@@ -1,4 +1,4 @@
-"""The wheel and the source distribution hold all that hopslam needs, and no more."""
+"""The wheel and the source distribution contain all that hopslam needs, and no more."""
 
 import os
 import subprocess
@@ -50,7 +50,7 @@ def test_the_robot_model_comes_with_the_wheel(in_empty_folder: Callable[..., str
     assert found == (ROOT / "assets" / "urdf" / "p3dx.urdf").read_text() + "\n"
 
 
-def test_the_wheel_names_what_it_needs(built: Path) -> None:
+def test_the_wheel_names_its_dependencies(built: Path) -> None:
     with zipfile.ZipFile(next(built.glob("*.whl"))) as wheel:
         name = next(name for name in wheel.namelist() if name.endswith(".dist-info/METADATA"))
         metadata = message_from_string(wheel.read(name).decode())
@@ -61,13 +61,13 @@ def test_the_wheel_names_what_it_needs(built: Path) -> None:
     assert not [line for line in needs if line.startswith(("stable-baselines3", "ray", "opencv", "rclpy"))]
 
 
-def test_the_wheel_says_that_its_packages_are_typed(built: Path) -> None:
+def test_the_wheel_marks_its_packages_as_typed(built: Path) -> None:
     with zipfile.ZipFile(next(built.glob("*.whl"))) as wheel:
         typed = {name.split("/")[0] for name in wheel.namelist() if name.endswith("/py.typed")}
     assert typed == {"hopslam", "sim", "slam", "hardware"}
 
 
-def test_version_and_date_are_the_same_everywhere() -> None:
+def test_version_and_date_agree_in_all_files() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
     assert citation["version"] == version

@@ -1,4 +1,4 @@
-"""A log behind the seam: scan after scan, and the recorded velocity whatever the command."""
+"""A log as a robot: scan after scan, with the recorded velocity whatever the command."""
 
 from pathlib import Path
 
@@ -54,7 +54,7 @@ def test_scans_come_in_order_and_end() -> None:
         np.testing.assert_array_equal(observation.scan.ranges, THREE.ranges[index])
 
 
-def test_it_drives_as_recorded_whatever_the_command() -> None:
+def test_a_replay_ignores_the_command() -> None:
     with ReplayRobot(THREE) as robot:
         driven = [robot.drive(Twist2D(9.0, 9.0))]
         while robot.observe() is not None:
@@ -62,7 +62,7 @@ def test_it_drives_as_recorded_whatever_the_command() -> None:
     assert driven == [Twist2D(), Twist2D(2.0, 0.0), Twist2D(0.0, 0.5), Twist2D()]
 
 
-def test_the_odometry_gives_the_velocity_that_led_there() -> None:
+def test_the_velocity_is_that_between_odometry_poses() -> None:
     assert [THREE.odometry(i).twist for i in range(3)] == [Twist2D(), Twist2D(2.0, 0.0), Twist2D(0.0, 0.5)]
 
 
@@ -74,7 +74,7 @@ def test_the_velocity_is_that_of_the_wheels(left: float, right: float, seconds: 
     assert twist.angular * seconds == pytest.approx((right - left) / TRACK, abs=1e-9)
 
 
-def test_closed_is_closed() -> None:
+def test_a_closed_replay_refuses_calls() -> None:
     with ReplayRobot(THREE) as robot:
         robot.observe()
     robot.close()
@@ -91,7 +91,7 @@ def test_the_recording_cannot_be_changed() -> None:
         observation.scan.ranges[0] = 1.0
 
 
-def test_a_path_that_holds_no_log(tmp_path: Path) -> None:
+def test_a_path_without_a_log_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="no such file"):
         ReplayRobot(tmp_path / "absent.log")
 

@@ -1,4 +1,4 @@
-"""The report and its figures: whole, alone, and true to the folder that they were made from."""
+"""The report and its figures: self-contained, complete, and consistent with the run folder."""
 
 import json
 import re
@@ -104,7 +104,7 @@ def check_alone(text: str, page: Page) -> None:
     assert set(used) <= set(page.ids)
 
 
-def test_a_page_is_whole_and_needs_nothing_else(run: Path) -> None:
+def test_a_page_is_self_contained(run: Path) -> None:
     text, page = page_of(run)
     check_alone(text, page)
     assert text.count("<svg") == 5
@@ -137,7 +137,7 @@ def test_a_killed_run_is_reported(run: Path, tmp_path: Path) -> None:
     assert "cut off" in text
 
 
-def test_what_a_file_says_is_text(run: Path, tmp_path: Path) -> None:
+def test_texts_of_files_are_escaped(run: Path, tmp_path: Path) -> None:
     wild = copy_of(run, tmp_path / "wild<script>alert(1)<")
     config = yaml.safe_load((wild / "config.yaml").read_text())
     config["description"] = '</p><script>alert("x")</script>'
@@ -150,7 +150,7 @@ def test_what_a_file_says_is_text(run: Path, tmp_path: Path) -> None:
     check_alone(text, page)
 
 
-def test_faults_are_found_and_named(run: Path, tmp_path: Path) -> None:
+def test_problems_are_found_and_named(run: Path, tmp_path: Path) -> None:
     """A gap in the scans, a lost robot, a stall."""
     bad = copy_of(run, tmp_path / "bad")
     record = RunRecord.open(bad)
@@ -172,7 +172,7 @@ def test_faults_are_found_and_named(run: Path, tmp_path: Path) -> None:
         assert part in text
 
 
-def test_the_best_is_marked_and_only_where_there_is_one() -> None:
+def test_the_best_run_is_marked_only_if_unique() -> None:
     runs = [{"ate_rmse_m": error, "scans": 5, "ending": "arrived"} for error in (0.2, 0.1)]
     table = {metric.key: cells for metric, cells, *_ in metric_rows(runs)}
     assert [cell.best for cell in table["ate_rmse_m"]] == [False, True]
@@ -184,7 +184,7 @@ def test_the_best_is_marked_and_only_where_there_is_one() -> None:
 
 
 @pytest.mark.parametrize("ending", ["collided", "failed", "interrupted", None])
-def test_a_run_that_was_cut_short_wins_nothing(ending: str | None) -> None:
+def test_an_interrupted_run_is_never_marked_best(ending: str | None) -> None:
     whole = [{"ate_rmse_m": error, "ending": "arrived"} for error in (0.3, 0.2)]
     short = {"ate_rmse_m": 0.1} | ({"ending": ending} if ending else {})
     for runs, best in (([short, *whole], [False, False, True]), ([short, whole[0]], [False, False])):
@@ -192,7 +192,7 @@ def test_a_run_that_was_cut_short_wins_nothing(ending: str | None) -> None:
         assert [cell.best for cell in cells] == best
 
 
-def test_runs_of_one_name_are_told_apart(run: Path, tmp_path: Path) -> None:
+def test_runs_of_one_name_are_distinguished(run: Path, tmp_path: Path) -> None:
     """By the seed, by a setting, by the date, and by the folder where all else is the same."""
     folders = [copy_of(run, tmp_path / str(number)) for number in range(4)]
     for folder, given in zip(folders, ({}, {"seed": 7}, {"duration": 9.0}, {}), strict=True):
@@ -218,14 +218,14 @@ def test_every_number_of_a_run_has_a_meaning(run: Path) -> None:
     assert all(metric.meaning.endswith(".") for metric in METRICS.values())
 
 
-def test_only_what_differs_from_the_defaults_is_a_change() -> None:
+def test_only_settings_that_differ_from_defaults_are_listed() -> None:
     assert changes(Scenario(name="x")) == []
     changed = changes(Scenario.model_validate({"name": "x", "slam": {"mode": "paper", "lines": {"psi": 0}}}))
     assert [change.key for change in changed] == ["slam.mode", "slam.lines.psi"]
 
 
 @pytest.mark.parametrize("kind", ["webp", "gif"])
-def test_an_animation_shows_more_and_more(kind: str, run: Path, tmp_path: Path) -> None:
+def test_an_animation_grows_frame_by_frame(kind: str, run: Path, tmp_path: Path) -> None:
     path = tmp_path / f"map.{kind}"
     write_animation(RunRecord.open(run), path, seconds=1.0, width=240)
     with Image.open(path) as film:
@@ -237,12 +237,12 @@ def test_an_animation_shows_more_and_more(kind: str, run: Path, tmp_path: Path) 
     assert dark[-1] > 1.3 * dark[0]
 
 
-def test_an_animation_has_a_name_that_says_its_kind(run: Path) -> None:
+def test_an_animation_needs_a_known_file_extension(run: Path) -> None:
     with pytest.raises(InputError, match=r"\.webp or \.gif"):
         write_animation(RunRecord.open(run), run / "map.mp4")
 
 
-def test_walls_appear_where_they_are_seen_and_once() -> None:
+def test_each_wall_appears_once_when_seen() -> None:
     lines = AppearingWalls(np.array([[[0.0, 0.0], [1.0, 0.0]]]))
     points = np.column_stack([np.linspace(0.0, 0.5, 20), np.zeros(20)])
     first = lines.seen(0, points)
@@ -251,7 +251,7 @@ def test_walls_appear_where_they_are_seen_and_once() -> None:
     assert len(lines.seen(2, points + np.array([0.5, 0.0]))) > 3
 
 
-def test_the_commands_say_where_their_files_are(own: Path, tmp_path: Path) -> None:
+def test_the_commands_print_their_file_names(own: Path, tmp_path: Path) -> None:
     runner = CliRunner()
     page, film = tmp_path / "r.html", tmp_path / "m.webp"
     done = runner.invoke(app, ["report", str(own), "--out", str(page)], catch_exceptions=False)
@@ -286,7 +286,7 @@ def test_a_closed_run_is_shown_with_its_loops(lap_run: Path, tmp_path: Path) -> 
     assert "not believed" not in page
 
 
-def test_a_doubtful_loop_is_told_in_words_and_comes_first(lap_run: Path, tmp_path: Path) -> None:
+def test_doubtful_loops_are_described_and_listed_first(lap_run: Path, tmp_path: Path) -> None:
     copy = shutil.copytree(lap_run, tmp_path / "run")
     graph = read_graph(copy / "graph.json")
     weights = np.append(0.1, graph.weights[1:])

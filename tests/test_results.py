@@ -1,4 +1,4 @@
-"""The run folder: readable at every moment, and measured as the field measures."""
+"""The run folder: readable at every moment, with standard metrics."""
 
 import json
 import signal
@@ -29,7 +29,7 @@ from slam.run.watchers import RunProgress
 from slam.scan import LaserScan
 
 
-def test_an_atomic_file_replaces_the_old_without_draft(tmp_path: Path) -> None:
+def test_an_atomic_file_leaves_no_draft(tmp_path: Path) -> None:
     path = tmp_path / "metrics.json"
     for text in ("old", "new"):
         write_atomic(path, text)
@@ -56,7 +56,7 @@ def test_run_folders_are_new_and_latest_points_at_the_last(tmp_path: Path) -> No
     assert (tmp_path / "latest").resolve() == folders[-1].resolve()
 
 
-def test_a_folder_that_holds_something_is_not_written_to(tmp_path: Path) -> None:
+def test_a_folder_with_files_is_not_written_to(tmp_path: Path) -> None:
     (tmp_path / "precious").write_text("x")
     with pytest.raises(InputError, match="not empty; choose another --out"):
         make_run_folder("corridor", tmp_path)
@@ -79,7 +79,7 @@ def write_run(folder: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore")  # evo's imports
-def test_the_errors_are_those_that_evo_finds(tmp_path: Path) -> None:
+def test_the_errors_are_those_of_evo(tmp_path: Path) -> None:
     from evo.core.metrics import APE, PoseRelation
     from evo.tools.file_interface import read_tum_trajectory_file
 
@@ -96,7 +96,7 @@ def test_the_errors_are_those_that_evo_finds(tmp_path: Path) -> None:
             assert metrics[name] == pytest.approx(ape.get_all_statistics()[statistic], abs=1e-5)
 
 
-def test_metrics_have_all_that_is_promised(tmp_path: Path) -> None:
+def test_metrics_have_all_documented_keys(tmp_path: Path) -> None:
     write_run(tmp_path)
     errors = ("ate_rmse_m", "ate_max_m", "x_max_abs_m", "y_max_abs_m", "heading_max_abs_deg", "heading_rmse_deg")
     work = ("scans", "duration_s", "path_m", "iterations_mean", "iterations_max", "slam_ms_median", "slam_ms_p99")
@@ -104,7 +104,7 @@ def test_metrics_have_all_that_is_promised(tmp_path: Path) -> None:
     assert {*errors, *(f"odometry_{name}" for name in errors), *work, *more} <= measure(tmp_path).keys()
 
 
-def test_the_work_is_that_of_the_scans_that_were_mapped(tmp_path: Path) -> None:
+def test_the_work_counts_the_mapped_scans(tmp_path: Path) -> None:
     """The first scan has nothing to be matched to, and the last one is not mapped."""
     write_run(tmp_path)
     mapped = [
@@ -219,7 +219,7 @@ def hear_ctrl_c() -> None:
 
 
 @pytest.mark.parametrize("name", ["SIGKILL", "SIGINT"])
-def test_what_was_done_survives(name: str, tmp_path: Path) -> None:
+def test_results_survive_a_failure(name: str, tmp_path: Path) -> None:
     number = getattr(signal, name)
     code = textwrap.dedent(KILLED).format(signal=int(number))
     ended = subprocess.run(
@@ -245,14 +245,14 @@ def test_a_run_cut_between_two_files_is_still_measured(tmp_path: Path) -> None:
     assert measure(tmp_path)["scans"] == 47
 
 
-def test_a_run_without_a_step_is_measured_as_such(tmp_path: Path) -> None:
+def test_a_run_without_a_step_is_measured(tmp_path: Path) -> None:
     for name in ("trajectory.tum", "odometry.tum"):
         (tmp_path / name).touch()
     (tmp_path / "steps.csv").write_text(",".join(STEP_COLUMNS) + "\n")
     assert measure(tmp_path) == {"scans": 0}
 
 
-def test_a_file_that_fails_half_way_does_not_take_its_name(tmp_path: Path) -> None:
+def test_a_failed_write_leaves_no_file(tmp_path: Path) -> None:
     path = tmp_path / "map.png"
     path.write_text("old")
 

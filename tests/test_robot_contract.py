@@ -62,7 +62,7 @@ def make(request: pytest.FixtureRequest, small_log: Path) -> Iterator[Callable[[
         yield lambda: MAKERS[request.param](small_log, devices)
 
 
-def test_every_back_end_is_in_this_suite() -> None:
+def test_every_back_end_is_tested_here() -> None:
     assert {name.split(",")[0] for name in MAKERS} == set(BACKENDS)
 
 
@@ -78,7 +78,7 @@ def test_scans_come_in_order_and_end(make: Callable[[], Robot]) -> None:
     assert (np.diff(stamps) > 0).all()
 
 
-def test_a_scan_is_whole(make: Callable[[], Robot]) -> None:
+def test_a_scan_is_complete(make: Callable[[], Robot]) -> None:
     with make() as robot:
         observation = robot.observe()
         assert observation is not None
@@ -104,7 +104,7 @@ def test_odometry_starts_at_the_origin_and_moves(make: Callable[[], Robot]) -> N
         assert 0.02 < last.odometry.T_odom_base.x < 1.0
 
 
-def test_drive_says_what_was_really_applied(make: Callable[[], Robot]) -> None:
+def test_drive_returns_the_applied_command(make: Callable[[], Robot]) -> None:
     with make() as robot:
         robot.observe()
         applied = robot.drive(Twist2D(50.0, 0.0))
@@ -126,7 +126,7 @@ def test_the_same_robot_twice_is_the_same(make: Callable[[], Robot]) -> None:
     assert runs[0] == runs[1]
 
 
-def test_a_closed_robot_refuses(make: Callable[[], Robot]) -> None:
+def test_a_closed_robot_refuses_all_calls(make: Callable[[], Robot]) -> None:
     with make() as robot:
         robot.observe()
     with pytest.raises(RobotError):
@@ -135,7 +135,7 @@ def test_a_closed_robot_refuses(make: Callable[[], Robot]) -> None:
         robot.drive(Twist2D())
 
 
-def test_leaving_by_an_exception_closes(make: Callable[[], Robot]) -> None:
+def test_an_exception_closes_the_robot(make: Callable[[], Robot]) -> None:
     robot = make()
     with pytest.raises(ZeroDivisionError), robot:
         raise ZeroDivisionError

@@ -1,4 +1,4 @@
-"""Standard output that is gone: the work is done all the same, and the exit code tells."""
+"""Closed standard output: the run completes, and the exit code reports the loss."""
 
 import errno
 import json

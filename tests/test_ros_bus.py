@@ -1,4 +1,4 @@
-"""The network that a bus of ROS 2 joins, and two programs on it."""
+"""The network of a ROS 2 bus, and two programs on it."""
 
 import os
 import subprocess
@@ -49,7 +49,7 @@ def test_by_default_a_node_stays_on_this_machine() -> None:
     assert "127.0.0.1" in network.cyclone_config
 
 
-def test_the_variables_of_ros_are_heeded() -> None:
+def test_the_environment_variables_of_ros_are_used() -> None:
     told = {"ROS_DOMAIN_ID": "42", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_STATIC_PEERS": "a;b"}
     network = RosNetwork.from_environment(told)
     assert (network.domain, network.this_machine, network.peers) == (42, False, ("a", "b"))
@@ -61,7 +61,7 @@ def test_the_variables_of_ros_are_heeded() -> None:
 @pytest.mark.parametrize(("name", "value"), [
     ("ROS_DOMAIN_ID", "-1"), ("ROS_DOMAIN_ID", "233"), ("ROS_DOMAIN_ID", "x"), ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"),
 ])  # fmt: skip
-def test_what_cannot_be_used_is_named(name: str, value: str) -> None:
+def test_unusable_variables_are_named(name: str, value: str) -> None:
     with pytest.raises(InputError, match=f"{name}={value}"):
         RosNetwork.from_environment({name: value})
 
@@ -72,7 +72,7 @@ def test_a_missing_package_names_its_command(monkeypatch: pytest.MonkeyPatch) ->
         open_ros_bus()
 
 
-def test_two_programs_hear_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_programs_exchange_messages(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cyclonedds", reason="Cyclone DDS is not installed: pip install 'hopslam[ros]'")
     monkeypatch.setenv("ROS_DOMAIN_ID", str(100 + os.getpid() % 100))
     hello, world = "000100000600000048656c6c6f000000", "0001000006000000576f726c64000000"
@@ -83,7 +83,7 @@ def test_two_programs_hear_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [program.communicate(timeout=60)[0].strip() for program in programs] == [world, hello]
 
 
-def test_a_bus_can_follow_another(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bus_can_be_opened_after_another(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cyclonedds", reason="Cyclone DDS is not installed: pip install 'hopslam[ros]'")
     monkeypatch.setenv("ROS_DOMAIN_ID", str(100 + os.getpid() % 100))
     assert subprocess.run([sys.executable, "-c", AGAIN], timeout=120).returncode == 0

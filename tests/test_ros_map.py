@@ -45,7 +45,7 @@ def test_the_rectangles_cover_the_occupied_cells_and_no_other(occupied: Any) -> 
     assert (covered == occupied).all()
 
 
-def test_few_rectangles_are_enough() -> None:
+def test_few_rectangles_cover_the_cells() -> None:
     rooms = np.zeros((1000, 1000), np.bool_)
     rooms[::100] = rooms[:, ::100] = rooms[-1] = rooms[:, -1] = True
     assert len(merge_cells(rooms)) == 22
@@ -53,7 +53,7 @@ def test_few_rectangles_are_enough() -> None:
 
 @pytest.mark.parametrize("plain", [False, True])
 @pytest.mark.parametrize("negate", [0, 1])
-def test_dark_cells_stand_where_the_header_puts_them(plain: bool, negate: int, tmp_path: Path) -> None:
+def test_dark_cells_are_placed_by_the_header(plain: bool, negate: int, tmp_path: Path) -> None:
     prisms = RosMap(file=str(write_map(tmp_path, negate=negate, plain=plain)), height=1.5).prisms()
     x, y = np.meshgrid(1.25 + 0.5 * np.arange(3), 2.25 + 0.5 * np.arange(3))
     inside = clearance(np.column_stack([x.ravel(), y.ravel()]), [prism.footprint for prism in prisms]) == 0.0

@@ -1,4 +1,4 @@
-"""SLAM as a node: on the topics of a robot that others drive, the same as a replay of its log."""
+"""SLAM as a ROS 2 node gives the result of a replay of its log."""
 
 import os
 import signal
@@ -58,7 +58,7 @@ class RecordedRobot(MemoryBus):
         return told
 
 
-def test_the_node_does_what_a_replay_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_node_gives_the_result_of_a_replay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     robot = run("corridor", settings=["duration=4", "physics.engine=plan"], out=tmp_path / "robot", pictures=False)
     bus = RecordedRobot(robot.folder / "log.mcap")
     monkeypatch.setattr("slam.run.ros_robot.robot.open_ros_bus", lambda: bus)

@@ -60,7 +60,7 @@ SCANS = (message(10.5, [1.0, 2.0, 6.0]), message(10.6, [0.01, np.inf, np.nan]))
 
 @pytest.mark.parametrize("compression", [b"none", b"bz2", b"lz4"])
 @pytest.mark.parametrize("index_length", [24, 40])
-def test_scans_in_si_units(tmp_path: Path, compression: bytes, index_length: int) -> None:
+def test_scans_are_read_in_si_units(tmp_path: Path, compression: bytes, index_length: int) -> None:
     """The wrong length of the index is what recorders of 2010 wrote."""
     path = tmp_path / "run.bag"
     path.write_bytes(bag(connection(0), *SCANS, compression=compression, index_length=index_length))
@@ -77,7 +77,7 @@ def test_scans_in_si_units(tmp_path: Path, compression: bytes, index_length: int
     assert log.pose(1) == Pose2D()
 
 
-def test_of_two_topics_of_scans_one_is_chosen(tmp_path: Path) -> None:
+def test_one_of_two_scan_topics_is_chosen(tmp_path: Path) -> None:
     path = tmp_path / "run.bag"
     connections = (connection(0), connection(1, b"std_msgs/String", b"/chat"), connection(2, topic=b"/rear"))
     path.write_bytes(bag(*connections, SCANS[0], message(10.55, [1.0], 1), message(10.56, [9.0], 2), SCANS[1]))
@@ -91,7 +91,7 @@ def test_of_two_topics_of_scans_one_is_chosen(tmp_path: Path) -> None:
     assert log.ignored == {"std_msgs/msg/String": 1}
 
 
-def test_bad_messages_cost_themselves_only(tmp_path: Path) -> None:
+def test_bad_messages_lose_no_other_message(tmp_path: Path) -> None:
     path = tmp_path / "run.bag"
     cut = record(b"\0" * 30, op=b"\x02", conn=bytes(4), time=bytes(8))
     path.write_bytes(bag(connection(0), SCANS[0], cut, message(10.55, [1, 1, 1], step=0.0), SCANS[1]))
@@ -102,7 +102,7 @@ def test_bad_messages_cost_themselves_only(tmp_path: Path) -> None:
     )
 
 
-def test_a_cut_bag_gives_what_can_be_read(tmp_path: Path) -> None:
+def test_a_truncated_bag_is_read_up_to_its_end(tmp_path: Path) -> None:
     path = tmp_path / "run.bag"
     path.write_bytes(bag(connection(0), *SCANS)[:-60])
     log = read_log(path)
@@ -110,7 +110,7 @@ def test_a_cut_bag_gives_what_can_be_read(tmp_path: Path) -> None:
     assert "damaged or ends early" in log.report
 
 
-def test_what_cannot_be_unpacked_says_what_to_run(tmp_path: Path) -> None:
+def test_an_unreadable_bag_names_the_command_to_run(tmp_path: Path) -> None:
     path = tmp_path / "run.bag"
     path.write_bytes(bag(connection(0), *SCANS, compression=b"xz"))
     with pytest.raises(LogError, match=rf"packed with xz; run: rosbag decompress {re.escape(shlex.quote(str(path)))}"):
@@ -124,7 +124,7 @@ def test_a_bag_without_scans_is_an_error(tmp_path: Path) -> None:
         read_log(path)
 
 
-def test_a_bag_of_nothing_is_an_error_of_one_line(tmp_path: Path) -> None:
+def test_an_empty_bag_is_an_error_of_one_line(tmp_path: Path) -> None:
     path = tmp_path / "run.bag"
     path.write_bytes(MAGIC + b"\r\0\0")
     with pytest.raises(
@@ -135,7 +135,7 @@ def test_a_bag_of_nothing_is_an_error_of_one_line(tmp_path: Path) -> None:
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(st.binary(max_size=50), st.integers(13, 900), st.integers(0, 60))
-def test_damage_is_a_log_error_at_the_worst(tmp_path: Path, junk: bytes, first: int, removed: int) -> None:
+def test_damage_is_at_most_a_log_error(tmp_path: Path, junk: bytes, first: int, removed: int) -> None:
     whole = bag(connection(0), *SCANS)
     path = tmp_path / "damaged.bag"
     path.write_bytes(whole[:first] + junk + whole[first + removed :])
@@ -144,7 +144,7 @@ def test_damage_is_a_log_error_at_the_worst(tmp_path: Path, junk: bytes, first: 
 
 
 @pytest.mark.skipif(not BAG.is_file(), reason=f"no {BAG}")
-def test_urgdemo() -> None:
+def test_the_urgdemo_bag_is_read() -> None:
     log = read_log(BAG)
     assert log.report == "360 scans; no odometry in it"
     assert log.ranges.shape == (360, 681)

@@ -1,4 +1,4 @@
-"""The raw record of a run, and the folder of a run read back."""
+"""The recorded log of a run, and the run folder read back."""
 
 from pathlib import Path
 
@@ -57,7 +57,7 @@ def assert_same(read: Observation, written: Observation) -> None:
         assert (a.x, a.y, a.theta) == pytest.approx((b.x, b.y, b.theta), abs=1e-12)
 
 
-def test_what_was_seen_comes_back(log: Path) -> None:
+def test_a_recorded_run_is_read_back(log: Path) -> None:
     read = list(logged_observations(log))
     assert len(read) == 50
     for k, seen in enumerate(read):
@@ -66,7 +66,7 @@ def test_what_was_seen_comes_back(log: Path) -> None:
     assert (mount.x, mount.y, mount.theta) == pytest.approx((MOUNT.x, MOUNT.y, MOUNT.theta), abs=1e-12)
 
 
-def test_a_log_that_was_cut_is_read_up_to_the_cut(log: Path) -> None:
+def test_a_truncated_log_is_read_up_to_its_end(log: Path) -> None:
     whole, counts = log.read_bytes(), []
     for length in range(0, len(whole), 1009):
         log.write_bytes(whole[:length])
@@ -86,7 +86,7 @@ def test_less_than_a_second_is_lost_when_a_run_is_killed(tmp_path: Path) -> None
     writer.close()
 
 
-def test_a_stamp_that_ros_cannot_hold_does_no_harm(tmp_path: Path) -> None:
+def test_a_stamp_beyond_the_range_of_ros_is_clipped(tmp_path: Path) -> None:
     writer = RunLog(tmp_path, MOUNT)
     for stamp in (-5.0, 1e18):
         seen = observation(0)
@@ -126,7 +126,7 @@ def test_a_run_folder_is_read_back(small_log: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("files", "complaint"), [({}, "no config.yaml"), ({"config.yaml": "name: a\n"}, "this run has no scan")]
 )
-def test_what_is_no_run_is_refused(tmp_path: Path, files: dict[str, str], complaint: str) -> None:
+def test_a_folder_that_is_not_a_run_is_refused(tmp_path: Path, files: dict[str, str], complaint: str) -> None:
     for name, text in files.items():
         (tmp_path / name).write_text(text)
     with pytest.raises(InputError, match=complaint):

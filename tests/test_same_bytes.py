@@ -1,4 +1,4 @@
-"""The same seed gives the same bytes, whatever the threads, the hash seed, the locale, the time zone or the workers."""
+"""The same seed gives the same bytes, whatever the threads, hash seed, locale, time zone or workers."""
 
 import csv
 import json
@@ -71,7 +71,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_a_strange_environment_changes_no_byte(plain: Path, tmp_path: Path) -> None:
+def test_unusual_environment_variables_change_no_byte(plain: Path, tmp_path: Path) -> None:
     run([*RUN, "--out", str(tmp_path / "run")], STRANGE)
     require_same(plain, tmp_path / "run")
 

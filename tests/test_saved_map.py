@@ -55,7 +55,7 @@ def half(update: Update, tmp_path: Path) -> tuple[LineSlam, Path]:
     return slam, save_to(slam, tmp_path / "map.json")
 
 
-def test_a_run_goes_on_to_the_last_bit(half: tuple[LineSlam, Path], update: Update) -> None:
+def test_a_continued_run_is_bit_for_bit_the_same(half: tuple[LineSlam, Path], update: Update) -> None:
     slam, path = half
     again = resume(SlamConfig(), MOUNT, read_map(path, SlamConfig()))
     for k in range(30, 60):
@@ -66,13 +66,13 @@ def test_a_run_goes_on_to_the_last_bit(half: tuple[LineSlam, Path], update: Upda
     assert np.array_equal(slam.lines.ends, again.lines.ends)
 
 
-def test_what_is_read_is_what_was_written(half: tuple[LineSlam, Path]) -> None:
+def test_a_saved_map_is_read_back_unchanged(half: tuple[LineSlam, Path]) -> None:
     _, path = half
     write_map(path.with_name("again"), read_map(path, SlamConfig()))
     assert path.with_name("again").read_text() == path.read_text()
 
 
-def test_a_map_of_an_older_file_stood_from_the_first(half: tuple[LineSlam, Path]) -> None:
+def test_surfels_of_an_older_file_count_as_old(half: tuple[LineSlam, Path]) -> None:
     _, path = half
     document = json.loads(path.read_text())
     assert max(document["grid"].pop("born")) > 1.0
@@ -81,7 +81,7 @@ def test_a_map_of_an_older_file_stood_from_the_first(half: tuple[LineSlam, Path]
     assert (read_map(path, SlamConfig()).mapper.map.surfels[:, BORN] <= -1.0).all()
 
 
-def test_a_map_of_an_older_file_has_wall_where_it_has_surfels(half: tuple[LineSlam, Path]) -> None:
+def test_walls_of_an_older_file_come_from_its_surfels(half: tuple[LineSlam, Path]) -> None:
     path, document = half[1], json.loads(half[1].read_text())
     saved = read_map(path, SlamConfig()).mapper.map
     np.testing.assert_array_equal(saved.ends, half[0].lines.ends)
@@ -92,7 +92,7 @@ def test_a_map_of_an_older_file_has_wall_where_it_has_surfels(half: tuple[LineSl
     assert 0.8 * before < length < 1.3 * before
 
 
-def test_a_map_from_before_noise_was_learnt_begins_anew(half: tuple[LineSlam, Path]) -> None:
+def test_a_map_without_learned_noise_starts_from_the_default(half: tuple[LineSlam, Path]) -> None:
     slam, path = half
     assert read_map(path, SlamConfig()).noise.noise == slam.noise.noise
     document = json.loads(path.read_text())
@@ -101,7 +101,7 @@ def test_a_map_from_before_noise_was_learnt_begins_anew(half: tuple[LineSlam, Pa
     assert read_map(path, SlamConfig()).noise.noise == LearntNoise.start().noise
 
 
-def test_mapping_goes_on_from_another_place(half: tuple[LineSlam, Path], update: Update) -> None:
+def test_mapping_continues_from_another_place(half: tuple[LineSlam, Path], update: Update) -> None:
     _, path = half
     slam = relocate(SlamConfig(), MOUNT, read_map(path, SlamConfig()), PATH[40] @ Pose2D(0.05, 0.05, 0.03))
     before = len(slam.points)
@@ -110,7 +110,7 @@ def test_mapping_goes_on_from_another_place(half: tuple[LineSlam, Path], update:
     assert len(slam.points) < 1.2 * before
 
 
-def test_the_papers_map_is_not_saved() -> None:
+def test_a_map_of_paper_mode_is_not_saved() -> None:
     assert save(LineSlam(SlamConfig(mode="paper"), Pose2D())) is None
 
 
@@ -157,7 +157,7 @@ def test_a_damaged_map_is_refused(half: tuple[LineSlam, Path], key: str, value: 
     assert "\n" not in str(error.value)
 
 
-def test_a_map_from_before_there_were_directions_is_read(half: tuple[LineSlam, Path]) -> None:
+def test_a_map_without_main_directions_is_read(half: tuple[LineSlam, Path]) -> None:
     _, path = half
     document = json.loads(path.read_text())
     assert document.pop("directions")["total"] > 0.0
@@ -165,7 +165,7 @@ def test_a_map_from_before_there_were_directions_is_read(half: tuple[LineSlam, P
     assert read_map(path, SlamConfig()).mapper.directions.total == 0.0
 
 
-def test_what_is_no_map_is_refused(half: tuple[LineSlam, Path], tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_map_is_refused(half: tuple[LineSlam, Path], tmp_path: Path) -> None:
     _, path = half
     cut = tmp_path / "cut.json"
     cut.write_text(path.read_text()[:1000])

@@ -1,4 +1,4 @@
-"""Scenario files: what is wrong is named by file, line and key."""
+"""Scenario files: errors name file, line and key."""
 
 import json
 import re
@@ -33,14 +33,14 @@ def write(folder: Path, text: str) -> Path:
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
-def test_a_shipped_scenario_loads_and_survives_its_own_dump(name: str, tmp_path: Path) -> None:
+def test_a_shipped_scenario_is_dumped_and_loaded_unchanged(name: str, tmp_path: Path) -> None:
     scenario = load_scenario(name)
     assert scenario.name == name
     assert scenario.description
     assert load_scenario(write(tmp_path, dump_scenario(scenario))) == scenario
 
 
-def test_the_required_scenarios_are_shipped() -> None:
+def test_the_scenarios_of_the_task_are_shipped() -> None:
     required = {
         "corridor",
         "paper_simulation",
@@ -61,7 +61,7 @@ def test_the_robot_can_drive_the_route_of_a_shipped_scenario(name: str) -> None:
     assert clearance(way, obstacle_footprints(scenario.world.prisms())).min() > 0.3
 
 
-def test_loop_and_bare_corridor_are_what_they_say() -> None:
+def test_loop_and_bare_corridor_have_their_shapes() -> None:
     loop = load_scenario("office_loop")
     assert loop.route.waypoints[-1] == (loop.robot.start.x, loop.robot.start.y)
     assert len(set(loop.route.waypoints)) == len(loop.route.waypoints)
@@ -99,7 +99,7 @@ def test_the_name_comes_from_the_file(tmp_path: Path) -> None:
         ("name: small", "- name", "small.yaml:2: not valid YAML"),
     ],
 )
-def test_a_mistake_is_named(old: str, new: str, complaint: str, tmp_path: Path) -> None:
+def test_a_mistake_names_its_key_and_line(old: str, new: str, complaint: str, tmp_path: Path) -> None:
     path = write(tmp_path, GOOD.replace(old, new, 1))
     with pytest.raises(ScenarioError, match=re.escape(complaint)) as error:
         load_scenario(path)
@@ -118,7 +118,7 @@ def test_a_mistake_is_named(old: str, new: str, complaint: str, tmp_path: Path) 
         ("slam.matching.motion.along=0.1", "hopslam", "slam.matching.method=least_squares"),
     ],
 )
-def test_a_setting_of_another_mode_says_which(setting: str, theirs: str, needed: str, mode: str) -> None:
+def test_a_setting_of_another_mode_names_that_mode(setting: str, theirs: str, needed: str, mode: str) -> None:
     """And where it is refused, what the message says to add makes it work."""
     given, says = (
         [f"slam.mode={mode}", setting],
@@ -164,7 +164,7 @@ def test_the_example_of_the_hint_works_in_every_scenario() -> None:
         ("a: !!bool x\n", None, "a value cannot be read"),
     ],
 )
-def test_what_is_no_yaml_is_told_in_plain_words(text: str, line: int | None, says: str, tmp_path: Path) -> None:
+def test_invalid_yaml_is_reported_in_plain_words(text: str, line: int | None, says: str, tmp_path: Path) -> None:
     place = "small.yaml" if line is None else f"small.yaml:{line}"
     with pytest.raises(ScenarioError, match=rf"{place}: not valid YAML: .*{re.escape(says)}"):
         load_scenario(write(tmp_path, text))
@@ -183,7 +183,7 @@ VALUES = st.recursive(
 
 @given(st.sampled_from(KEYS), VALUES)
 @settings(max_examples=100)
-def test_no_value_is_told_in_words_of_pydantic(key: str, value: object) -> None:
+def test_no_message_uses_words_of_pydantic(key: str, value: object) -> None:
     said = ""
     try:
         load_scenario("corridor", [f"{key}={json.dumps(value)}"])
@@ -192,7 +192,7 @@ def test_no_value_is_told_in_words_of_pydantic(key: str, value: object) -> None:
     assert not re.search(r"Input should|valid tuple|dictionary|instance of|pattern|Field required|\n", said)
 
 
-def test_a_scenario_extends_another_mapping_by_mapping(tmp_path: Path) -> None:
+def test_an_extending_scenario_is_merged_per_mapping(tmp_path: Path) -> None:
     write(tmp_path, GOOD)
     faster = tmp_path / "faster.yaml"
     faster.write_text("extends: small.yaml\nroute: {speed: 0.9}\nworld: {boxes: []}\n")
@@ -222,7 +222,7 @@ def test_a_scenario_extends_another_mapping_by_mapping(tmp_path: Path) -> None:
         (GOOD, "extends: [small]\n", "above.yaml:1: extends: no scenario"),
     ],
 )
-def test_a_mistake_is_placed_in_the_file_that_has_it(below: str, above: str, complaint: str, tmp_path: Path) -> None:
+def test_a_mistake_names_the_extended_file(below: str, above: str, complaint: str, tmp_path: Path) -> None:
     write(tmp_path, below)
     (tmp_path / "above.yaml").write_text(above)
     with pytest.raises(ScenarioError, match=re.escape(complaint)):
@@ -232,7 +232,7 @@ def test_a_mistake_is_placed_in_the_file_that_has_it(below: str, above: str, com
 @pytest.mark.parametrize(
     "text", ["", "[1, 2]", "just words", "\x00\x01", "a: &a [*a]", "a: " + 5000 * "[" + 5000 * "]", "x: 2018-13-45"]
 )
-def test_what_is_no_scenario_is_refused(text: str, tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_scenario_is_refused(text: str, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=r"small\.yaml"):
         load_scenario(write(tmp_path, text))
 
@@ -250,12 +250,12 @@ def test_python_objects_in_yaml_are_refused(tmp_path: Path) -> None:
         (300 * "a", "give a path, or one of: campus_loop, cluttered_room"),
     ],
 )
-def test_a_missing_scenario_gets_a_hint(name: str, hint: str) -> None:
+def test_a_missing_scenario_suggests_a_name(name: str, hint: str) -> None:
     with pytest.raises(ScenarioError, match=re.escape(hint)):
         load_scenario(name)
 
 
-def test_the_mode_names_the_methods_of_the_parts_that_name_none(tmp_path: Path) -> None:
+def test_the_mode_sets_the_methods_left_out(tmp_path: Path) -> None:
     paper = load_scenario(write(tmp_path, GOOD + "slam:\n  mode: paper\n  lines:\n    psi: 0\n"))
     assert paper.slam.lines == HoppingConfig(psi=0)
     own = load_scenario(write(tmp_path, GOOD + "slam:\n  lines:\n    method: chi_square\n    min_points: 9\n"))

@@ -43,7 +43,7 @@ def accepted(data: dict[str, Any]) -> bool:
 
 
 @given(st.sampled_from(sorted(LEAVES)), st.one_of(st.floats(-10, 10), st.integers(-10, 10), st.text(max_size=3)))
-def test_what_the_code_takes_the_schema_takes_too(key: str, value: Any) -> None:
+def test_the_schema_accepts_what_the_code_accepts(key: str, value: Any) -> None:
     """Not the reverse: rules between keys, and numbers given as text, are the code's."""
     data = nested(LEAVES[key], value)
     assert VALIDATOR.is_valid(data) or not accepted(data) or isinstance(value, str)
@@ -73,17 +73,17 @@ def test_the_shipped_schema_is_that_of_this_code() -> None:
     assert (SHIPPED / "scenario.schema.json").read_text() == schema_text(), "run make schema"
 
 
-def test_the_schema_is_one() -> None:
+def test_the_schema_is_a_valid_json_schema() -> None:
     VALIDATOR.check_schema(json.loads(schema_text()))
 
 
-def test_every_key_says_what_it_means() -> None:
+def test_every_key_has_a_description() -> None:
     keys = [item for section in SECTIONS for item in section.get("properties", {}).items()]
     assert len(keys) > 150
     assert [key for key, value in keys if not value.get("description")] == []
 
 
-def test_the_reference_has_every_key_and_leads_nowhere_else() -> None:
+def test_the_reference_lists_every_key_with_valid_links() -> None:
     page = scenario_reference()
     anchors = set(re.findall(r"\{#([\w-]+)\}", page))
     assert set(re.findall(r"\]\(#([\w-]+)\)", page)) <= anchors

@@ -35,14 +35,14 @@ def scan_bytes(seed: int, request: ScanRequest = FULL) -> bytes:
 
 
 @given(st.integers(2, 4).flatmap(lambda w: st.tuples(st.just(w), st.lists(st.integers(0, 64**w - 1), max_size=50))))
-def test_values_survive_the_wire(case: tuple[int, list[int]]) -> None:
+def test_values_are_decoded_as_encoded(case: tuple[int, list[int]]) -> None:
     width, values = case
     text = encode_values(np.array(values, np.int64), width)
     assert len(text) == width * len(values)
     assert decode_values(text, width).tolist() == values
 
 
-def test_values_of_the_specification() -> None:
+def test_values_of_the_specification_are_encoded() -> None:
     assert decode_values(b"CB", 2).tolist() == [1234]
     assert decode_values(b"1Dh", 3).tolist() == [5432]
     assert decode_values(b"m2@0", 4).tolist() == [16_000_000]
@@ -54,19 +54,19 @@ def test_values_of_the_specification() -> None:
 
 
 @given(st.binary(min_size=1, max_size=64))
-def test_a_line_survives_the_wire(line: bytes) -> None:
+def test_a_line_is_decoded_as_encoded(line: bytes) -> None:
     assert check_sum(add_sum(line)) == line
     assert check_sum(add_sum(line, entry=True), entry=True) == line
 
 
 @pytest.mark.parametrize("line", [b"00P", b"02R", b"03S", b"99b", b"0Ee", b"JUGnD"])
-def test_sums_seen_on_the_wire(line: bytes) -> None:
+def test_recorded_sums_are_right(line: bytes) -> None:
     assert check_sum(line) == line[:-1]
     assert add_sum(line[:-1]) == line
 
 
 @pytest.mark.parametrize("entry", [b"SCAN:600;e", b"PROT:SCIP 2.0;N"])
-def test_sums_of_entries_seen_on_the_wire(entry: bytes) -> None:
+def test_recorded_sums_of_entries_are_right(entry: bytes) -> None:
     assert check_sum(entry, entry=True) == entry[:-1]
     assert add_sum(entry[:-1], entry=True) == entry
 
@@ -75,14 +75,14 @@ STEP, TWO_DIGITS, DIGIT = st.integers(0, 768), st.integers(0, 99), st.integers(0
 
 
 @given(st.sampled_from("DS"), st.tuples(STEP, STEP, TWO_DIGITS, DIGIT, TWO_DIGITS))
-def test_measuring_commands_survive_the_wire(kind: str, numbers: tuple[int, int, int, int, int]) -> None:
+def test_measuring_commands_are_decoded_as_encoded(kind: str, numbers: tuple[int, int, int, int, int]) -> None:
     request = ScanRequest("M" + kind, *numbers)
     assert ScanRequest.decode(request.encode()) == request
     latest = ScanRequest("G" + kind, *numbers[:3])
     assert ScanRequest.decode(latest.encode() + ";a note") == latest
 
 
-def test_commands_that_clients_send() -> None:
+def test_commands_of_other_clients_are_decoded() -> None:
     assert ScanRequest("MD", 44, 725, 1, 0, 0).encode() == "MD0044072501000"
     assert ScanRequest("GD", 44, 725, 1).encode() == "GD0044072501"
     assert ScanRequest.decode("G00076801") == ScanRequest("G", 0, 768, 1)
@@ -96,7 +96,7 @@ def test_commands_that_clients_send() -> None:
 
 
 @given(st.lists(st.integers(0, 50), max_size=4), st.lists(st.integers(0, 9000), max_size=30))
-def test_answers_come_through_any_cut(seeds: list[int], cuts: list[int]) -> None:
+def test_answers_are_decoded_however_they_are_split(seeds: list[int], cuts: list[int]) -> None:
     stream = b"\n\n".join([b"", *map(scan_bytes, seeds)])
     ends = sorted({c % (len(stream) + 1) for c in cuts} | {0, len(stream)})
     decoder = FrameDecoder()
@@ -105,7 +105,7 @@ def test_answers_come_through_any_cut(seeds: list[int], cuts: list[int]) -> None
     assert [reply and reply.encode() for reply in replies] == list(map(scan_bytes, seeds))
 
 
-def test_byte_by_byte() -> None:
+def test_answers_are_decoded_byte_by_byte() -> None:
     decoder = FrameDecoder()
     frames = [lines for byte in scan_bytes(1) for lines in decoder.feed(bytes([byte]))]
     assert len(frames) == 1
@@ -113,7 +113,7 @@ def test_byte_by_byte() -> None:
 
 
 @given(st.integers(0, 2**32), st.binary(max_size=80).filter(lambda noise: b"\n\n" not in noise))
-def test_damage_loses_only_what_it_hit(seed: int, noise: bytes) -> None:
+def test_damage_loses_only_the_damaged_answer(seed: int, noise: bytes) -> None:
     small = ScanRequest("MD", 300, 400)
     scans = [scan_bytes(seed % 1000 + k, small) for k in range(4)]
     rng = random.Random(seed)
@@ -152,7 +152,7 @@ def test_every_damaged_byte_is_noticed_or_harmless() -> None:
                     assert scan.time == sent.time
 
 
-def test_ranges_and_errors() -> None:
+def test_ranges_and_error_codes_are_separated() -> None:
     ranges = np.array([0.02, 5.6, np.inf, np.nan, 0.01, -np.inf])
     scan = ScanData(ScanRequest("GD", 100, 105), ranges, 16777.2)
     reply = encode_scan(scan, "00")
@@ -167,7 +167,7 @@ def test_ranges_and_errors() -> None:
 @pytest.mark.parametrize(
     ("code", "metres"), [(0, np.inf), (1, np.nan), (6, np.inf), (7, np.nan), (16, np.inf), (19, np.nan)]
 )
-def test_error_codes(code: int, metres: float) -> None:
+def test_error_codes_are_described(code: int, metres: float) -> None:
     reply = Reply("GD0001000101", "00", (b"0000", encode_values(np.array([code]), 3)))
     assert np.array_equal(decode_scan(reply).ranges, [metres], equal_nan=True)
 
@@ -177,7 +177,7 @@ def test_the_clock_wraps() -> None:
     assert decode_time(b"JUGn") == 0x6A55FE / 1000.0
 
 
-def test_scip_1_1() -> None:
+def test_answers_of_scip_1_1_are_decoded() -> None:
     version = VersionInfo("a", "b", "3.1.04,08/02/07(20-4095[mm],240[deg],44-725[step],600[rpm])", "SCIP1.1", "d")
     wire = version.encode("V").encode()
     assert wire.startswith(b"V\n0\nVEND:a\n")
@@ -195,7 +195,7 @@ def test_commands_end_with_any_line_end() -> None:
     assert decoder.feed(b"I\n\xff\n") == ["II", "?"]
 
 
-def test_status_in_words() -> None:
+def test_statuses_are_described() -> None:
     assert is_ok("00")
     assert is_ok("99")
     assert status_meaning("BM", "02") == "the laser was on already"
@@ -204,7 +204,7 @@ def test_status_in_words() -> None:
     assert status_meaning("VV", "zz") == "no known meaning"
 
 
-def test_fuzz() -> None:
+def test_random_bytes_do_not_break_the_decoder() -> None:
     fuzz_scip(200_000, seed=1)
 
 
@@ -222,7 +222,7 @@ def reply_of(answer: bytes) -> Reply:
     return decode_reply(lines)
 
 
-def test_a_real_sensor_says_who_it_is(real: dict[str, bytes]) -> None:
+def test_the_identity_of_a_real_sensor_is_decoded(real: dict[str, bytes]) -> None:
     version = VersionInfo.decode(reply_of(real["VV"]))
     assert (version.firmware, version.serial_number) == ("3.1.04(02/Aug./2007)", "H0706400")
     assert version.encode().encode() == real["VV"]
@@ -237,7 +237,7 @@ def test_a_real_sensor_says_who_it_is(real: dict[str, bytes]) -> None:
     assert (reply_of(real["BM"]).status, reply_of(real["CR00"]).status) == ("02", "03")
 
 
-def test_a_scan_of_a_real_sensor(real: dict[str, bytes]) -> None:
+def test_a_scan_of_a_real_sensor_is_decoded(real: dict[str, bytes]) -> None:
     reply = reply_of(real["GD0044072501"])
     scan = decode_scan(reply)
     assert scan.time == 0x6A55FE / 1000.0

@@ -69,7 +69,7 @@ def test_two_digits_and_single_scans_have_right_sums() -> None:
 
 
 @pytest.mark.parametrize("command", [b"GD0044072501;a note", b"GS0384038400;x", b"MD0044072501002;a note"])
-def test_scans_repeat_the_note_of_their_command(command: bytes) -> None:
+def test_scans_repeat_the_string_of_their_command(command: bytes) -> None:
     """Page 11 and 13 of the specification: the echo has the string characters, the scans of MD and MS have them too."""
     bare, note = command.split(b";")
     *before, last = answers_of([command], turns=4)
@@ -79,7 +79,7 @@ def test_scans_repeat_the_note_of_their_command(command: bytes) -> None:
     assert all(is_right(command, line) for _, *lines in scans for line in lines)
 
 
-def test_the_reader_of_data_takes_no_other_sum() -> None:
+def test_the_decoder_refuses_any_other_sum() -> None:
     """A semicolon left out of the sum is damage in data, and a habit of some sensors in what they say of themselves."""
     data, entry = b"0Ab;", b"SCAN:600;"
     with_all = {text: text + bytes([(sum(text) & 63) + 48]) for text in (data, entry)}

@@ -1,4 +1,4 @@
-"""Scores beside evo's and those of the shared script, and the commands that show them."""
+"""Scores compared with those of evo and of the shared script, and the commands that print them."""
 
 import importlib.util
 import json
@@ -135,7 +135,7 @@ def test_runs_are_compared(tmp_path: Path) -> None:
     assert [run["ate_rmse_m"] for run in json.loads(as_json.output).values()] == [0.5, 0.25]
 
 
-def test_what_cannot_be_scored(tmp_path: Path) -> None:
+def test_runs_that_cannot_be_scored_are_refused(tmp_path: Path) -> None:
     (tmp_path / "bad").write_text("1 2 3\n")
     file = write_tum(tmp_path / "e.tum", ESTIMATE)
     for words, complaint in (

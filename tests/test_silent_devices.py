@@ -1,4 +1,4 @@
-"""Devices that pause, fall silent or make the driver fail: what is said, and who gives up when."""
+"""Devices that pause, fall silent or make the driver fail: the messages, and the time limits."""
 
 import logging
 import os
@@ -47,7 +47,7 @@ class Clumsy:
             raise RobotError("nobody answers")
 
 
-def test_a_failed_driver_says_so_and_begins_anew(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_failed_driver_is_reported_and_restarted(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.WARNING)
     driver = Clumsy()
     driver.thread.start()
@@ -79,7 +79,7 @@ def pausing_server(answer: bytes, pause: float) -> Iterator[str]:
     thread.join()
 
 
-def test_a_pause_inside_an_answer_loses_nothing_on_a_network() -> None:
+def test_a_pause_within_an_answer_loses_no_byte() -> None:
     with pausing_server(b"QT\n00P\n\n", 0.1) as url:
         lidar = ScipLine(SerialPort(url, 19200), threading.Event())
         assert lidar.ask("QT", 5.0) is not None

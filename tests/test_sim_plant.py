@@ -1,4 +1,4 @@
-"""The PyBullet world behind the emulated devices: the same robot as the simulated one, without its firmware."""
+"""The PyBullet world behind the emulated devices: the simulated robot without its firmware."""
 
 from dataclasses import replace
 from math import pi
@@ -30,7 +30,7 @@ def drive(moved: SimPlant, seconds: float, twist: Twist2D) -> None:
         moved.advance(0.01, Twist2D(share * twist.linear, share * twist.angular))
 
 
-def test_it_goes_where_its_wheels_take_it() -> None:
+def test_the_plant_moves_as_its_wheels_turn() -> None:
     wheels = {"left_radius": 0.0975, "right_radius": 0.0985, "track": 0.34}
     moved = plant(robot={"odometry": wheels})
     drive(moved, 2.0, Twist2D(0.2, 0.5))
@@ -41,7 +41,7 @@ def test_it_goes_where_its_wheels_take_it() -> None:
     assert moved.T_map_base.theta == pytest.approx(truly, abs=2e-3)
 
 
-def test_its_lidar_sees_the_wall_from_where_it_is() -> None:
+def test_the_lidar_sees_the_wall_from_its_pose() -> None:
     moved = plant()
     bearings = np.array([0.0, pi / 2])
     assert moved.ranges(bearings)[0] == pytest.approx(0.95 - 0.16, abs=1e-3)

@@ -1,4 +1,4 @@
-"""The simulated robot as the method sees it."""
+"""The simulated robot, as seen by the method."""
 
 import hashlib
 import subprocess
@@ -77,7 +77,7 @@ def test_the_same_seed_gives_the_same_observations_bit_by_bit() -> None:
     assert fingerprint_of(5) != fingerprint_of(6)
 
 
-def test_without_a_seed_the_scenario_s_counts() -> None:
+def test_the_seed_of_the_scenario_is_the_default() -> None:
     with SimRobot(scenario(seed=5)) as robot:
         assert fingerprint(robot) == fingerprint_of(5)
 
@@ -104,7 +104,7 @@ def test_lidar_and_odometry_have_noise_of_their_own() -> None:
 
 
 @pytest.mark.parametrize("rolling", [True, False])
-def test_an_observation_is_one_moment(rolling: bool) -> None:
+def test_an_observation_has_one_time(rolling: bool) -> None:
     room = scenario(robot={"start": {"x": 1.0, "y": 0.2, "theta": 0.3}}, lidar={"noise": "none", "rolling": rolling})
     with SimRobot(room) as robot:
         robot.drive(Twist2D(0.4, 0.0))
@@ -131,13 +131,13 @@ def test_the_lidar_sits_where_it_is_mounted() -> None:
     assert seen.scan.ranges[384 - 44 - 256] == pytest.approx(2.9, abs=1e-3)
 
 
-def test_there_are_as_many_scans_as_the_duration_has_room_for() -> None:
+def test_the_duration_sets_the_number_of_scans() -> None:
     with SimRobot(scenario(duration=0.55)) as robot:
         seen = [robot.observe() for _ in range(7)]
     assert [s is None for s in seen] == [False] * 5 + [True] * 2
 
 
-def test_driving_into_a_wall_is_reported_while_it_lasts() -> None:
+def test_a_wall_contact_is_reported_while_it_lasts() -> None:
     with SimRobot(scenario(world={"walls": [{"points": [[1.5, -2.0], [1.5, 2.0]]}]})) as robot:
         seen = list(observations_straight(robot, 60))
         first = next(i for i, s in enumerate(seen) if s.collided)
@@ -164,7 +164,7 @@ def test_a_short_touch_between_two_scans_is_reported() -> None:
     assert after.collided
 
 
-def test_it_passes_where_its_body_has_room() -> None:
+def test_the_robot_passes_a_wide_enough_gap() -> None:
     sides = [{"points": [[0.0, side], [2.0, side]]} for side in (-0.25, 0.25)]  # 0.40 m for a body 0.381 m wide
     with SimRobot(scenario(world={"walls": sides})) as robot:
         seen = list(observations_straight(robot, 40))
@@ -189,7 +189,7 @@ CROWD = {
 @pytest.mark.parametrize(
     "lidar", [{}, {"caster": "exact", "noise": "realistic"}, {"rolling": False, "noise": "datasheet"}]
 )
-def test_a_restarted_robot_is_a_new_one_bit_by_bit(lidar: str) -> None:
+def test_a_restarted_robot_equals_a_new_one(lidar: str) -> None:
     crowd = scenario(lidar=lidar, **CROWD)
     with SimRobot(crowd, 3) as robot, SimRobot(crowd, 8) as fresh:
         first = list(observations(robot, 40))
@@ -242,7 +242,7 @@ def test_the_sonar_ring_sees_walls_and_people_to_five_metres() -> None:
     assert right == np.inf
 
 
-def test_beams_are_taken_where_the_sensor_is_when_they_fire() -> None:
+def test_beams_start_at_the_sensor_pose_of_their_time() -> None:
     box = {"walls": [CORRIDOR]}
     skews = []
     for rolling in (True, False):
@@ -258,7 +258,7 @@ def test_beams_are_taken_where_the_sensor_is_when_they_fire() -> None:
     assert skews[0] > 0.02
 
 
-def test_a_person_stops_before_the_robot_and_goes_on_behind_it() -> None:
+def test_a_person_waits_for_the_robot_to_pass() -> None:
     person = {"waypoints": [[3.0, 0.0], [0.0, 0.0]], "keep": 0.8}
     with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[person])) as robot:
         for _ in range(60):
@@ -272,7 +272,7 @@ def test_a_person_stops_before_the_robot_and_goes_on_behind_it() -> None:
 
 
 @pytest.mark.parametrize("way", [[[2.0, 0.0], [-0.9, 0.0]], [[0.0, 1.1], [0.0, -1.1]], [[0.8, 0.8], [-0.8, -0.8]]])
-def test_nobody_walks_into_a_robot_that_stands(way: Any) -> None:
+def test_nobody_walks_into_a_standing_robot(way: Any) -> None:
     with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[{"waypoints": way, "speed": 1.5}])) as robot:
         assert not any(robot.observe().collided for _ in range(30))
 
@@ -294,7 +294,7 @@ def test_running_into_a_person_is_a_collision() -> None:
     assert seen[-1].T_map_base.x < 0.85
 
 
-def test_a_closed_robot_says_so() -> None:
+def test_a_closed_robot_reports_it() -> None:
     with SimRobot(scenario()) as robot:
         robot.observe()
     robot.close()

@@ -1,4 +1,4 @@
-"""The method on scans of 80 beams, of which a lap is short enough to run uncompiled too: see ``make coverage``."""
+"""The method on scans of 80 beams, short enough to run uncompiled too: see ``make coverage``."""
 
 from dataclasses import replace
 from functools import cache
@@ -94,7 +94,7 @@ def test_a_room_is_found_by_its_walls_alone() -> None:
     assert abs(off.theta) < 0.02
 
 
-def test_somebody_who_walks_ahead_carries_no_robot_away() -> None:
+def test_a_person_walking_ahead_does_not_shift_the_pose() -> None:
     path = around(0.25)[:12]
     slam = LineSlam(SlamConfig(), Pose2D(), path[0])
     for k, pose in enumerate(path):
@@ -104,7 +104,7 @@ def test_somebody_who_walks_ahead_carries_no_robot_away() -> None:
     assert estimate.T_map_base.distance(path[-1]) < 0.05
 
 
-def test_many_scans_at_once_give_the_lines_of_each() -> None:
+def test_a_batch_of_scans_gives_the_lines_of_each() -> None:
     scans, config = [scan_at(pose, k) for k, pose in enumerate(around(0.25)[:3])], ChiSquareConfig()
     together, begins = segments_of_scans(scans, config, ASSUMED, threads=1)
     for k, scan in enumerate(scans):

@@ -31,7 +31,7 @@ def test_inverse_and_solution_are_those_of_numpy(seed: int) -> None:
 
 @given(SEEDS)
 @settings(max_examples=50, deadline=None)
-def test_principal_axes_are_orthonormal_and_make_the_matrix(seed: int) -> None:
+def test_principal_axes_are_orthonormal_and_give_the_matrix(seed: int) -> None:
     random = np.random.default_rng(seed)
     half = random.normal(size=(3, 3)) * 10.0 ** random.uniform(-4.0, 4.0, (3, 1))
     A = half + half.T

@@ -1,4 +1,4 @@
-"""A blocked base: its motors stall and it stands; where the floor is slippery, its wheels spin instead."""
+"""A blocked base: its motors stall; on a slippery floor its wheels spin instead."""
 
 from math import radians
 from typing import Any
@@ -39,7 +39,7 @@ def is_engaged(controller: Controller) -> bool:
 
 
 @pytest.mark.parametrize("rate", [10, 60, 240])
-def test_motors_are_cut_after_the_stall_time_and_recover(rate: Any) -> None:
+def test_motors_are_switched_off_by_a_stall_and_recover(rate: Any) -> None:
     controller = controller_at(rate)
     push(controller, round(STALL_TIME * rate) - 1, (0.0, 0.0), (1.0, 1.0))
     assert is_engaged(controller)
@@ -79,7 +79,7 @@ def test_a_stall_is_over_once_the_motors_have_worked() -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_blocked_base_stalls_and_its_odometry_stands(case: str) -> None:
+def test_a_blocked_base_stalls_and_its_odometry_stops(case: str) -> None:
     driven = drive(scene(**CASES[case]))
     assert driven.stalled_at - driven.stood_at < 0.7
     metres, turn = driven.odometry_after_stall
@@ -92,7 +92,7 @@ def test_a_blocked_base_stalls_and_its_odometry_stands(case: str) -> None:
 
 @pytest.mark.parametrize("speed", [0.1, 0.6, 1.2, -0.3])
 @pytest.mark.parametrize("angle", [0.0, 30.0])
-def test_at_any_speed_and_in_reverse(speed: float, angle: float) -> None:
+def test_a_base_stalls_at_any_speed_and_in_reverse(speed: float, angle: float) -> None:
     at = 1.0 if speed < 0.5 else 2.0
     driven = drive(scene(wall(radians(angle), at=at if speed > 0 else -0.6)), Twist2D(speed), seconds=11.0)
     assert driven.stalled_at - driven.stood_at < 0.7
@@ -116,7 +116,7 @@ def test_a_grazed_wall_leaves_the_odometry_true() -> None:
     assert ways[0] > 3.0
 
 
-def test_commanded_back_a_stalled_base_comes_free() -> None:
+def test_a_stalled_base_can_reverse_free() -> None:
     with SimRobot(scene(wall(0.0))) as robot:
         for _ in range(60):
             robot.drive(Twist2D(0.3))
@@ -129,7 +129,7 @@ def test_commanded_back_a_stalled_base_comes_free() -> None:
     assert free.T_map_base.x < stalled.T_map_base.x - 0.3
 
 
-def test_the_base_goes_on_when_a_person_leaves() -> None:
+def test_the_base_continues_when_a_person_leaves() -> None:
     passer_by = {"waypoints": [[1.2, 2.5], [1.2, 0.0]], "pause": 4.0, "keep": 0.0, "stride": 0.2}
     driven = drive(scene(wall(0.0, at=9.0), people=[passer_by]), seconds=11.0)
     assert driven.stalled[60]
@@ -145,7 +145,7 @@ def test_a_sill_up_to_25_mm_is_driven_over(height: float) -> None:
 
 @pytest.mark.parametrize("height", [0.024, 0.0249, 0.0251, 0.026])
 @pytest.mark.parametrize("box", [{"yaw": 0.5}, {"center": [0.6, 1.05], "size": [0.1, 2.0]}, {"size": [0.005, 4.0]}])
-def test_the_base_does_not_hang_at_slanting_or_thin_sills(height: float, box: Any) -> None:
+def test_the_base_is_not_stuck_on_slanting_or_thin_sills(height: float, box: Any) -> None:
     changed = box | {"size": [*box.get("size", [0.1, 4.0]), height]}
     assert sill_outcome(scene(sill(height, **changed))) == ("over" if height <= 0.025 else "stopped")
 
@@ -186,7 +186,7 @@ def test_the_emulators_plant_stalls_and_scans_in_place() -> None:
     assert not plant.stalled
 
 
-def test_info_tells_of_a_stall_where_no_collision_ends() -> None:
+def test_info_reports_a_stall_if_collisions_do_not_end() -> None:
     env = P3DXEnv(scene(wall(0.0, at=0.6)), reward="none", end_on=())
     env.reset(seed=0)
     for _ in range(30):

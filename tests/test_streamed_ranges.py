@@ -1,4 +1,4 @@
-"""Ranges that are read again from the file: the same rows whoever asks, and memory that does not grow with the log."""
+"""Ranges read from the file on demand: the same rows in any order, and constant memory."""
 
 import pickle
 import tracemalloc
@@ -34,13 +34,13 @@ class Source:
 
 
 @given(st.lists(st.integers(0, len(BEAMS) - 1), max_size=10))
-def test_rows_are_the_same_in_whatever_order(order: list[int]) -> None:
+def test_rows_are_the_same_in_any_order(order: list[int]) -> None:
     ranges = StreamedRanges(Path("log"), Source().rows, BEAMS)
     for index in order:
         np.testing.assert_array_equal(ranges[index], np.full(BEAMS[index], index))
 
 
-def test_looking_back_a_little_reads_the_file_once() -> None:
+def test_short_steps_back_read_the_file_once() -> None:
     source = Source()
     ranges = StreamedRanges(Path("log"), source.rows, BEAMS)
     for index in range(len(ranges)):
@@ -67,7 +67,7 @@ def test_rows_are_read_only() -> None:
 
 
 @given(st.sets(st.integers(1, 30)))
-def test_parts_at_places_are_those_of_these_numbers(places: set[int]) -> None:
+def test_parts_at_given_indices_are_those_rows(places: set[int]) -> None:
     assert list(at_places(enumerate(range(1, 31), 1), sorted(places))) == sorted(places)
 
 

@@ -1,4 +1,4 @@
-"""Logs made harder: the laws of each variation, and the logs of the shared script, which was written apart."""
+"""Harder variants of logs: the laws of each variant, and the logs of the independent shared script."""
 
 import importlib.util
 from pathlib import Path
@@ -43,7 +43,7 @@ def log_of(scans: int = 60, beams: int = 30) -> Log:
 
 
 @pytest.mark.parametrize("name", VARIATIONS)
-def test_a_seed_makes_one_log_and_the_first_one_stays(name: str) -> None:
+def test_a_seed_makes_one_log_and_keeps_the_input(name: str) -> None:
     log, before = log_of(), log_of()
     once, again, other = (made_harder(log, f"{name}={VALUES[name]}", seed) for seed in (1, 1, 2))
     assert np.array_equal(log.ranges, before.ranges)
@@ -56,7 +56,7 @@ def test_a_seed_makes_one_log_and_the_first_one_stays(name: str) -> None:
     assert np.isinf(once.ranges).sum() == len(once)  # a beam without an echo stays without
 
 
-def test_each_variation_does_what_it_says() -> None:
+def test_each_variation_has_its_effect() -> None:
     log = log_of()
     assert made_harder(log, "", 1) is log
     fewer = made_harder(log, "every=7,beams=4", 1)
@@ -80,12 +80,12 @@ def test_each_variation_does_what_it_says() -> None:
     assert np.allclose(made_harder(log, "coarse=0.25", 1).ranges[:, :4] % 0.25, 0.0)
 
 
-def test_a_slip_turns_all_that_follows() -> None:
+def test_a_slip_turns_all_later_poses() -> None:
     slipped = steps(made_harder(log_of(), "slips=4", 1).T_odom_base) - steps(log_of().T_odom_base)
     assert np.allclose(np.sort(np.abs(np.degrees(slipped[:, 2])))[-5:], [0.0, 10.0, 10.0, 10.0, 10.0])
 
 
-def test_lost_signs_are_put_back() -> None:
+def test_missing_minus_signs_are_restored() -> None:
     true = steps(wheels(60))
     true[20:30, 0] *= -1.0
     recorded = true.copy()
@@ -97,24 +97,24 @@ def test_lost_signs_are_put_back() -> None:
 
 
 @pytest.mark.parametrize("variant", ["tilt=3", "every", "every=0", "noise=-1", "beams=two", "blind=inf"])
-def test_what_is_no_variant_is_named(variant: str) -> None:
+def test_an_unknown_variant_is_named(variant: str) -> None:
     with pytest.raises(InputError, match="need NAME=NUMBER with one of every, beams, jitter"):
         made_harder(log_of(), f"beams=2,{variant}", 1)
 
 
 @pytest.mark.parametrize("variant", ["every=31", "beams=11", "slips=55", "blind=12", "every=10,slips=1"])
-def test_what_a_log_is_too_short_for_is_named(variant: str) -> None:
+def test_a_variant_that_needs_a_longer_log_is_named(variant: str) -> None:
     with pytest.raises(InputError, match=r"is too much for (60|6) scans of 30 beams; [0-9]+ is the most"):
         made_harder(log_of(), variant, 1)
 
 
-def test_chance_is_added_where_there_is_none() -> None:
+def test_the_random_variant_is_added_if_missing() -> None:
     assert with_chance("") == "noise=0.002"
     assert with_chance("every=5,beams=2") == "noise=0.002,every=5,beams=2"
     assert with_chance("every=5,blind=2") == "every=5,blind=2"
 
 
-def test_poses_are_carried_by_the_odometry() -> None:
+def test_poses_are_propagated_by_odometry() -> None:
     stamps, odometry = 0.5 * np.arange(60), wheels(60)
     true = compose_poses(np.array([3.0, -1.0, 0.7]), odometry)
     times = np.array([-1.0, 0.2, 7.3, 29.0, 31.0])
@@ -182,7 +182,7 @@ def test_the_shared_script_scores_the_same(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason=f"no {SHARED}")
-def test_the_bench_shows_a_row_a_variant() -> None:
+def test_the_bench_has_one_row_per_variant() -> None:
     arguments = [
         "bench",
         "slam",

@@ -1,4 +1,4 @@
-"""The front end of the graph: submaps roll, a break begins one, and key scans say where they belong."""
+"""The front end of the graph: overlapping submaps, breaks, and the submaps of key scans."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -31,7 +31,7 @@ def keys_of(
     return keys, slam.mapper
 
 
-def test_submaps_roll(scan_of: Scanner, room: FloatArray) -> None:
+def test_submaps_overlap_and_replace_each_other(scan_of: Scanner, room: FloatArray) -> None:
     """Each follows the one before, and every key scan belongs to the last two."""
     keys, mapper = keys_of(TO_AND_FRO, TO_AND_FRO, [room] * 240, scan_of)
     assert keys[0].submaps == (0,)

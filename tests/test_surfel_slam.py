@@ -64,7 +64,7 @@ def round_trip(scale: float, steps: int = 40) -> tuple[list[Pose2D], list[Pose2D
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.8, 1.2])
-def test_it_follows_the_truth_whatever_the_wheels_say(scale: float) -> None:
+def test_the_pose_is_right_whatever_the_odometry(scale: float) -> None:
     path, wheels = round_trip(scale)
     for truth, estimate in zip(path, drive(ROOM, path, wheels), strict=True):
         assert truth.distance(estimate.T_map_base) < 0.02
@@ -85,7 +85,7 @@ def test_a_coarse_sensor_agrees_with_its_map_too(noise: float) -> None:
     assert estimates[-1].T_map_base.distance(path[-1]) < 0.01 + 0.5 * noise
 
 
-def test_a_leap_of_the_wheels_is_survived() -> None:
+def test_a_jump_of_the_odometry_is_survived() -> None:
     """One metre and half a radian at once."""
     path, wheels = round_trip(1.0)
     leap = Pose2D(0.8, -0.6, 0.5)
@@ -94,7 +94,7 @@ def test_a_leap_of_the_wheels_is_survived() -> None:
         assert truth.distance(estimate.T_map_base) < 0.03
 
 
-def test_along_a_bare_corridor_odometry_stands_and_it_is_said() -> None:
+def test_in_a_bare_corridor_odometry_is_used_and_reported() -> None:
     """The wheels say 3 % too much; across and in heading the walls decide."""
     path = [Pose2D(0.05 * k, 0.0, 0.0) for k in range(60)]
     wheels = [Pose2D(1.03 * p.x, 0.02 * p.x, 0.01 * p.x) for p in path]
@@ -114,7 +114,7 @@ def test_along_a_bare_corridor_odometry_stands_and_it_is_said() -> None:
     assert last[0, 0] > 20.0 * last[1, 1]
 
 
-def test_lap_after_lap_the_map_stays_as_large() -> None:
+def test_the_map_does_not_grow_lap_after_lap() -> None:
     """With a noise that makes short wrong walls now and then."""
     path = [Pose2D(0.5 + 1.2 * cos(0.1 * k), 0.8 * sin(0.1 * k), 0.1 * k) for k in range(315)]
     start = path[0].inverse()
@@ -123,7 +123,7 @@ def test_lap_after_lap_the_map_stays_as_large() -> None:
     assert max(laps) <= 1.02 * min(laps)
 
 
-def test_the_map_does_not_grow_where_all_was_seen() -> None:
+def test_the_map_does_not_grow_in_a_known_place() -> None:
     path = [Pose2D(0.5 + 0.4 * cos(0.1 * k), 0.4 * sin(0.1 * k), 0.1 * k) for k in range(190)]
     start = path[0].inverse()
     run = drive(ROOM, path, [start @ pose for pose in path])
@@ -144,7 +144,7 @@ def test_one_wall_is_one_segment() -> None:
     assert ((np.abs(middles[:, 1] - 3.0) < 0.03).sum()) == 1
 
 
-def test_what_moves_does_not_stay() -> None:
+def test_moving_objects_are_removed_from_the_map() -> None:
     """Someone stands in the room for 10 scans, and is gone for 20."""
     someone = np.array([[1.5, 0.5], [1.5, 0.9], [1.7, 0.9], [1.7, 0.5], [1.5, 0.5]])
     slam = LineSlam(SlamConfig(loops="never", map=SurfelMapConfig(update_distance=0.0)), Pose2D())
@@ -162,7 +162,7 @@ def test_what_moves_does_not_stay() -> None:
     assert near() == 0
 
 
-def test_a_beam_without_echo_is_free_space_and_nothing_else() -> None:
+def test_a_beam_without_echo_is_only_free_space() -> None:
     blind = LaserScan(0.0, BEARINGS[0], 0.01, 0.05, 8.0, np.full(len(BEARINGS), np.inf))
     slam = LineSlam(SlamConfig(), Pose2D())
     for k in range(3):
@@ -193,7 +193,7 @@ def test_deskewing_undoes_the_motion(v: float, omega: float, mount: float) -> No
     assert np.median(np.abs(straight.ranges - expected)) < 1e-9
 
 
-def test_a_scan_without_times_is_left_alone() -> None:
+def test_a_scan_without_beam_times_is_not_deskewed() -> None:
     scan = scan_of(ROOM, Pose2D())
     assert deskewed(scan, Twist2D(1.0, 1.0), Pose2D()) is scan
 
@@ -232,7 +232,7 @@ def test_new_facets_count_with_an_unknown_shift() -> None:
     assert np.linalg.eigvalsh(np.linalg.inv(marginal))[-1] > SHIFT_SIGMA**2
 
 
-def test_somebody_who_walks_along_does_not_carry_the_robot_away() -> None:
+def test_a_person_walking_along_does_not_shift_the_pose() -> None:
     """In a corridor without an end, whose walls say nothing of the way along it."""
     slam, size = LineSlam(SlamConfig(), Pose2D()), 0.12
     for k in range(100):
@@ -245,7 +245,7 @@ def test_somebody_who_walks_along_does_not_carry_the_robot_away() -> None:
     assert slam.T_map_base.distance(Pose2D(1.01 * pose.x)) < 0.03
 
 
-def test_the_map_inherits_the_doubt_of_its_way() -> None:
+def test_the_map_has_the_uncertainty_of_its_poses() -> None:
     uncertainty, sure, doubtful = MapUncertainty(), np.diag([1e-4, 1e-4, 1e-6]), np.diag([25e-4, 1e-4, 1e-6])
     for x in np.arange(0.0, 12.0, 0.1):
         found = uncertainty.pose_covariance(Pose2D(float(x)), doubtful if 4.5 < x < 5.0 else sure)
@@ -254,14 +254,14 @@ def test_the_map_inherits_the_doubt_of_its_way() -> None:
     np.testing.assert_allclose(uncertainty.pose_covariance(Pose2D(1.0), sure), sure, atol=1e-12)
 
 
-def test_turning_on_the_spot_makes_the_map_no_worse_for_ever() -> None:
+def test_turning_on_the_spot_does_not_degrade_the_map() -> None:
     uncertainty, match = MapUncertainty(), np.diag([1e-4, 1e-4, 1e-6])
     for k in range(1000):
         uncertainty.pose_covariance(Pose2D(1.9, 0.0, 0.1 * k), match)
     assert np.trace(uncertainty.pose_covariance(Pose2D(2.1), match)) < 2.0 * np.trace(match)
 
 
-def test_coming_back_to_an_old_place_brings_back_its_covariance() -> None:
+def test_returning_to_a_place_restores_its_covariance() -> None:
     uncertainty, match = MapUncertainty(), np.diag([1e-4, 1e-4, 1e-6])
     there = [uncertainty.pose_covariance(Pose2D(float(x)), match) for x in range(20)]
     assert np.all(np.diff([np.trace(C) for C in there]) >= -1e-12)
@@ -269,17 +269,17 @@ def test_coming_back_to_an_old_place_brings_back_its_covariance() -> None:
     np.testing.assert_allclose(uncertainty.pose_covariance(Pose2D(1.0), match), there[1], atol=1e-12)
 
 
-def test_an_unsure_heading_makes_the_place_unsure() -> None:
+def test_heading_uncertainty_makes_the_place_uncertain() -> None:
     C = propagate(np.diag([0.0, 0.0, 0.01]), Pose2D(), Pose2D(2.0, 0.0, 0.0))
     np.testing.assert_allclose(C, [[0, 0, 0], [0, 0.04, 0.02], [0, 0.02, 0.01]], atol=1e-12)
 
 
-def test_parts_that_do_not_fit_are_refused() -> None:
+def test_incompatible_parts_are_refused() -> None:
     with pytest.raises(ValidationError, match="force_field goes with points"):
         SlamConfig.model_validate({"mode": "paper", "map": {"method": "surfels"}})
 
 
-def test_what_lies_at_the_end_of_the_reach_is_left_out() -> None:
+def test_echoes_at_the_end_of_the_reach_are_left_out() -> None:
     """At the end of the reach only echoes that are too short arrive, so that a wall would be mapped too near."""
     scan = scan_of(ROOM, Pose2D(), noise=0.02)
     facets = facets_of(scan, extract_segments(scan, SlamConfig().lines), 0.2)
@@ -289,7 +289,7 @@ def test_what_lies_at_the_end_of_the_reach_is_left_out() -> None:
     assert np.hypot(cut[:, X], cut[:, Y]).max() < 4.0 - 0.02
 
 
-def test_a_lost_robot_leaves_the_map_alone() -> None:
+def test_a_lost_robot_does_not_change_the_map() -> None:
     """With settings under which every scan that is matched counts as lost, the map stays that of the first."""
     slam = LineSlam(
         SlamConfig.model_validate({"loops": "never", "matching": {"lost_below": 1.0, "lost_after": 1}}), Pose2D()

@@ -1,4 +1,4 @@
-"""Sweeps on a Ray cluster of two nodes on one machine, parts of which are killed. Minutes: HOPSLAM_CLUSTER_TESTS=1."""
+"""Sweeps on a Ray cluster of two nodes on one machine whose processes are killed: HOPSLAM_CLUSTER_TESTS=1."""
 
 import os
 import shutil
@@ -127,7 +127,7 @@ def wait_for(condition: Callable[[], bool], driver: subprocess.Popen[bytes], sec
         time.sleep(0.2)
 
 
-def test_rows_are_there_once_after_kills_on_all_levels(cluster: TwoNodes, tmp_path: Path) -> None:
+def test_after_kills_each_row_exists_once(cluster: TwoNodes, tmp_path: Path) -> None:
     out = tmp_path / "out"
     driver = start_driver(out)
     wait_for(lambda: len(rows_of(out)) > 20 and bool(cluster.workers()), driver)

@@ -1,4 +1,4 @@
-"""The plan of a sweep: its runs, counted before any is made."""
+"""The plan of a sweep: its runs, counted before any is started."""
 
 from pathlib import Path
 
@@ -25,14 +25,14 @@ def ids(**changes: object) -> list[str]:
 
 
 @given(st.one_of(st.floats(allow_nan=False, allow_infinity=False), st.integers(), st.booleans(), st.text("ab:{}, #")))
-def test_a_setting_is_read_back_as_the_value_that_it_was(value: object) -> None:
+def test_a_setting_is_read_back_as_the_same_value(value: object) -> None:
     """As --set reads it: with all digits, in spite of YAML."""
     from slam.scenario.settings import parse_setting
 
     assert parse_setting(format_setting("route.speed", value)) == (("route", "speed"), value)
 
 
-def test_runs_of_a_sweep_differ_and_are_repeatable() -> None:
+def test_runs_of_a_sweep_differ_and_repeat() -> None:
     made = ids(modes=["hopslam", "paper"], grid={"route.speed": [0.3, 0.4]})
     assert len(set(made)) == len(made) == 12 == len(plan(modes=["hopslam", "paper"], grid={"route.speed": [0.3, 0.4]}))
     assert made == ids(modes=["hopslam", "paper"], grid={"route.speed": [0.3, 0.4]})
@@ -40,7 +40,7 @@ def test_runs_of_a_sweep_differ_and_are_repeatable() -> None:
     assert not set(ids()) & set(ids(settings={"duration": 5}))
 
 
-def test_a_run_is_another_one_when_its_scenario_is_changed(tmp_path: Path) -> None:
+def test_a_changed_scenario_makes_another_run(tmp_path: Path) -> None:
     file = tmp_path / "mine.yaml"
     made = []
     for speed in (0.3, 0.3, 0.4):
@@ -58,7 +58,7 @@ def test_the_settings_of_a_job_make_a_scenario_of_its_mode() -> None:
     assert [(job.mode, job.settings) for job in own] == [("hopslam", ()), ("paper", ())]
 
 
-def test_sampled_settings_are_those_of_the_seed_in_every_case() -> None:
+def test_sampled_settings_depend_only_on_the_seed() -> None:
     sample = {"robot.odometry.travel_noise": {"loguniform": [1e-3, 1e-1]}}
     jobs = list(plan(modes=["hopslam", "paper"], sample=sample).jobs())
     drawn = {(job.seed, job.drawn["robot.odometry.travel_noise"]) for job in jobs}
@@ -68,7 +68,7 @@ def test_sampled_settings_are_those_of_the_seed_in_every_case() -> None:
     assert drawn != {(j.seed, *j.drawn.values()) for j in plan(sample=sample, seed=1).jobs()}
 
 
-def test_options_are_read() -> None:
+def test_options_of_a_sweep_are_read() -> None:
     assert parse_grid("a.b=1,x,[2,3],1e-3") == ("a.b", [1, "x", [2, 3], "1e-3"])
     assert parse_sample("a=normal(0, 0.1)") == ("a", {"normal": [0, 0.1]})
     assert parse_sample("a=choice(x,[1,2])") == ("a", {"choice": ["x", [1, 2]]})
@@ -88,7 +88,7 @@ def test_options_are_read() -> None:
         ({"grid": {PSI: [1]}, "settings": {PSI: 2}}, "set in two ways"),
     ],
 )
-def test_what_is_wrong_is_said_before_anything_is_run(changes: dict[str, object], complaint: str) -> None:
+def test_mistakes_are_reported_before_any_run(changes: dict[str, object], complaint: str) -> None:
     with pytest.raises(HopslamError, match=complaint.replace("?", r"\?")):
         plan(**changes).check()
 
@@ -104,7 +104,7 @@ def test_a_fault_in_a_sweep_file_has_its_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["a", "=1", "a=", "a=[1"])
-def test_options_that_are_none(text: str) -> None:
+def test_invalid_options_are_refused(text: str) -> None:
     with pytest.raises(HopslamError, match="--grid"):
         parse_grid(text)
     with pytest.raises(HopslamError, match="--sample"):
@@ -117,5 +117,5 @@ def test_shipped_sweeps_can_be_run() -> None:
     assert set(shipped.config.modes) == {"hopslam", "paper", "dead_reckoning"}
 
 
-def test_the_schema_says_what_a_sweep_file_may_have() -> None:
+def test_the_schema_describes_a_sweep_file() -> None:
     assert {"scenarios", "modes", "seeds", "grid", "sample"} <= SweepConfig.model_json_schema()["properties"].keys()

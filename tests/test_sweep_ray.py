@@ -1,4 +1,4 @@
-"""A sweep's use of Ray, without a cluster."""
+"""The use of Ray by a sweep, without a cluster."""
 
 import json
 import sys

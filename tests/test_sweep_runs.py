@@ -1,4 +1,4 @@
-"""Sweeps that are run: by the pool, resumed, killed, reported, repeated."""
+"""Sweeps that are run by the pool, resumed, killed, reported and repeated."""
 
 import json
 from collections.abc import Iterator
@@ -59,7 +59,7 @@ class UnreliableExecutor:
 
 
 @pytest.mark.parametrize(("lost", "retry", "failed"), [(0, 0, 1), (2, 2, 1), (2, 1, 6)])
-def test_each_job_has_one_row_whatever_is_lost(tmp_path: Path, lost: int, retry: int, failed: int) -> None:
+def test_each_job_has_one_row_whatever_fails(tmp_path: Path, lost: int, retry: int, failed: int) -> None:
     """Five jobs of ten lose their worker, so often; the last one fails."""
     jobs = list(make_plan(["paper_simulation"], {"seeds": "0:10"}).jobs())
     executor, store = UnreliableExecutor(jobs, lost), ResultStore(Folder(str(tmp_path)))
@@ -70,7 +70,7 @@ def test_each_job_has_one_row_whatever_is_lost(tmp_path: Path, lost: int, retry:
     assert {row["tries"] for row in store.rows()} == {1, lost + 1 if failed == 1 else retry + 1, retry + 1}
 
 
-def test_what_was_done_before_ctrl_c_is_kept(tmp_path: Path) -> None:
+def test_results_before_ctrl_c_are_kept(tmp_path: Path) -> None:
     jobs = list(make_plan(["paper_simulation"], {"seeds": "0:10"}).jobs())
     executor, store = UnreliableExecutor(jobs, 0, interrupt_after=4), ResultStore(Folder(str(tmp_path)))
     assert Scheduler(executor, store, 0, lambda done, failed: None).run(iter(jobs))
@@ -140,7 +140,7 @@ def test_a_row_that_is_run_again_has_the_same_bits(sweep: Path) -> None:
     ).read_bytes()
 
 
-def test_a_worker_that_is_killed_is_replaced_and_its_job_run(tmp_path: Path) -> None:
+def test_a_killed_worker_is_replaced_and_its_job_repeated(tmp_path: Path) -> None:
     changes = {"settings": {"duration": 0.5}, "modes": ["dead_reckoning"], "seeds": "0:8"}
     plan = make_plan(["paper_simulation"], changes)
     pool, store = ProcessPool(2, str(tmp_path / "runs"), pictures=False), ResultStore(Folder(str(tmp_path)))
@@ -162,7 +162,7 @@ def test_a_worker_that_is_killed_is_replaced_and_its_job_run(tmp_path: Path) -> 
     assert all(row["status"] == "done" for row in rows)
 
 
-def test_an_unreadable_log_is_a_row_that_says_so(tmp_path: Path, small_log: Path) -> None:
+def test_an_unreadable_log_gives_a_row_with_the_error(tmp_path: Path, small_log: Path) -> None:
     other = small_log.with_name("other.log")
     other.write_text(small_log.read_text())
     plan = make_plan([str(small_log), str(other)], {"modes": ["dead_reckoning"]})
@@ -178,7 +178,7 @@ def test_an_unreadable_log_is_a_row_that_says_so(tmp_path: Path, small_log: Path
 
 
 @pytest.mark.parametrize(("metric", "worst"), [("ate_rmse_m", "3"), ("wall_recall", "1"), ("wall.own", "3")])
-def test_the_worst_run_is_by_the_metrics_direction(metric: str, worst: str) -> None:
+def test_the_worst_run_follows_the_direction_of_the_metric(metric: str, worst: str) -> None:
     group = RunGroup("room", "hopslam", {}, seeds=[4, 5, 6], values=[1.0, 3.0, 2.0], runs=3)
     group.commands = [(f"id{seed}", "hopslam run") for seed in group.seeds]
     assert tables([group], metric)[0].rows[0][-1] == worst

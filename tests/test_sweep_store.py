@@ -1,4 +1,4 @@
-"""Rows of a sweep: each exactly once, whatever is killed when."""
+"""Rows of a sweep: each is stored exactly once, whichever process is killed."""
 
 import json
 from collections.abc import Callable
@@ -34,7 +34,7 @@ def row(run: str, **values: Any) -> dict[str, Any]:
 
 @settings(max_examples=10, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(rows, max_size=4))
-def test_the_last_row_of_each_id_is_there_once(
+def test_only_the_last_row_of_an_id_is_read(
     new_folder: Callable[[], Folder], batches: list[list[tuple[str, dict[str, Any]]]]
 ) -> None:
     """However often the journal is taken in between, and whatever columns the rows have."""
@@ -52,7 +52,7 @@ def test_the_last_row_of_each_id_is_there_once(
             assert r[name] == value or r[name] == (str(value).lower() if isinstance(value, bool) else str(value))
 
 
-def test_a_row_taken_in_but_not_removed_is_there_once(tmp_path: Path) -> None:
+def test_a_row_stored_twice_is_read_once(tmp_path: Path) -> None:
     """As after a kill between the two."""
     store = ResultStore(Folder(str(tmp_path)))
     store.add(row("a", x=1))
@@ -77,7 +77,7 @@ def test_numbers_keep_their_bits(tmp_path: Path) -> None:
     assert (b["x"], b["n"], b["error_m"]) == (1.0, 2.5, None)
 
 
-def test_what_failed_is_not_done(tmp_path: Path) -> None:
+def test_failed_jobs_do_not_count_as_done(tmp_path: Path) -> None:
     store = ResultStore(Folder(str(tmp_path)))
     store.add(row("a"))
     store.add(row("b") | {"status": "failed"})
@@ -85,7 +85,7 @@ def test_what_failed_is_not_done(tmp_path: Path) -> None:
     assert store.done() == {"a"}
 
 
-def test_single_rows_become_whole_row_groups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_single_rows_are_merged_into_row_groups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(result_rows, "BATCH", 10)
     store = ResultStore(Folder(str(tmp_path)))
     for index in range(35):
@@ -96,7 +96,7 @@ def test_single_rows_become_whole_row_groups(tmp_path: Path, monkeypatch: pytest
     assert file.metadata.num_row_groups <= 5
 
 
-def test_a_folder_has_one_driver(new_folder: Callable[[], Folder]) -> None:
+def test_a_folder_is_locked_by_one_process(new_folder: Callable[[], Folder]) -> None:
     folder = new_folder()
     with SweepLock(folder), pytest.raises(InputError, match="runs a sweep there"), SweepLock(folder):
         pass
@@ -104,7 +104,7 @@ def test_a_folder_has_one_driver(new_folder: Callable[[], Folder]) -> None:
         pass
 
 
-def test_the_lock_of_a_dead_driver_is_taken_over() -> None:
+def test_the_lock_of_a_dead_process_is_taken_over() -> None:
     folder = Folder(f"memory://sweeps/{uuid4().hex}")
     import platform
 
@@ -116,7 +116,7 @@ def test_the_lock_of_a_dead_driver_is_taken_over() -> None:
         pass
 
 
-def test_results_that_are_none_and_places_that_are_none(tmp_path: Path) -> None:
+def test_bad_results_and_bad_folders_are_refused(tmp_path: Path) -> None:
     (tmp_path / RESULTS).write_text("no parquet")
     store = ResultStore(Folder(str(tmp_path)))
     store.add(row("a"))
@@ -126,7 +126,7 @@ def test_results_that_are_none_and_places_that_are_none(tmp_path: Path) -> None:
         Folder("nowhere://there")
 
 
-def test_a_folder_taken_in_again_replaces_the_other(new_folder: Callable[[], Folder]) -> None:
+def test_a_folder_stored_again_replaces_the_old_one(new_folder: Callable[[], Folder]) -> None:
     folder = new_folder()
     for text in ("old", "new"):
         with folder.draft() as draft:

@@ -1,4 +1,4 @@
-"""Scenarios whose values are left to chance."""
+"""Scenarios with random values."""
 
 import re
 import subprocess
@@ -88,7 +88,7 @@ def test_another_random_key_leaves_the_others_as_they_are(tmp_path: Path) -> Non
     assert after.model_copy(update={"route": before.route}) == before
 
 
-def test_equal_ranges_of_different_keys_draw_apart(tmp_path: Path) -> None:
+def test_equal_ranges_of_different_keys_draw_differently(tmp_path: Path) -> None:
     wheels = "robot: {odometry: {left_radius: {uniform: [0.09, 0.1]}, right_radius: {uniform: [0.09, 0.1]}}}"
     odometry = [load_template(write(tmp_path, wheels)).draw(seed).robot.odometry for seed in range(100)]
     left, right = np.array([(o.left_radius, o.right_radius) for o in odometry]).T
@@ -188,7 +188,7 @@ def test_a_bad_range_is_refused_when_the_file_is_loaded(old: str, new: str, comp
     assert "\n" not in str(error.value)
 
 
-def test_a_bad_range_given_by_hand_is_named_so(tmp_path: Path) -> None:
+def test_a_bad_range_of_an_option_names_the_option(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=re.escape("--set: route.speed: expected a number greater than 0")):
         load_template(write(tmp_path), ["route.speed={uniform: [0, 1]}"])
 

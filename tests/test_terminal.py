@@ -1,4 +1,4 @@
-"""Printed text is whole, unbroken and without markup, on a terminal, in a file and in a pipe."""
+"""Printed text is complete, without line breaks inside words and without markup, on any output."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_a_table_on_a_terminal_breaks_no_word_and_fits(rows: list[list[str]], wi
     assert max(map(len, text.splitlines())) <= max(width, 50)  # two columns of 24 are the least
 
 
-def test_numbers_are_whole_at_any_width() -> None:
+def test_numbers_are_not_broken_at_any_width() -> None:
     numbers = [f"{10**k + 0.2:.1f}" for k in range(8)]
     table = ResultTable(
         "T [m]", ["method", *(f"column {k}\n[deg]" for k in range(8))], [["RANSAC, long name", *numbers]]
@@ -96,12 +96,12 @@ def test_the_summary_of_a_run_has_its_units(width: int | None) -> None:
 
 
 @pytest.mark.parametrize(("named", "end"), [({}, ""), ({"named_range_noise_m": 0.003}, "; as named: 3 mm")])
-def test_the_summary_says_what_noise_was_learnt(named: dict[str, float], end: str) -> None:
+def test_the_summary_reports_the_learned_noise(named: dict[str, float], end: str) -> None:
     text = shown(*summary_tables(METRICS | {"range_noise_m": 0.008, "range_noise_share": 0.008} | named))
     assert f"8 mm, 0.8 % beyond 1.0 m{end}" in text
 
 
-def test_what_is_printed_is_what_was_said() -> None:
+def test_messages_are_printed_unchanged() -> None:
     text = StringIO()
     terminal = Terminal(file=text, width=300, force_terminal=True)
     terminal.print(WILD)
@@ -142,7 +142,7 @@ def test_a_difference_is_a_share_or_a_factor(value: object, first: object, text:
     assert _cells([first, value])[1] == text
 
 
-def test_a_quiet_console_shows_nothing_that_moves(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_quiet_console_shows_no_progress_bar(capsys: pytest.CaptureFixture[str]) -> None:
     console = Terminal(quiet=True, force_jupyter=True)  # in a notebook, where rich shows widgets
     with console.waiting("for it"), console.progress() as bar:
         bar.advance(bar.add_task("it", total=1.0))

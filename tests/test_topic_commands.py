@@ -1,4 +1,4 @@
-"""Messages heard on topics: velocities, a first pose, and garbage."""
+"""Messages received on topics: velocities, an initial pose, and garbage."""
 
 from __future__ import annotations
 
@@ -63,14 +63,14 @@ def cdr(topic: Topic, linear: float, angular: float) -> bytes:
 
 
 @given(linear=REACH, angular=REACH, topic=st.sampled_from([names.CMD_VEL, names.STAMPED_CMD_VEL]))
-def test_a_command_is_heard_as_it_was_said(linear: float, angular: float, topic: Topic) -> None:
+def test_a_command_is_received_as_it_was_sent(linear: float, angular: float, topic: Topic) -> None:
     commands = VelocityCommands()
     commands.hear(topic, cdr(topic, linear, angular))
     assert commands.twist == Twist2D(linear, angular)
 
 
 @given(data=st.binary(max_size=200), topic=st.sampled_from([names.CMD_VEL, names.STAMPED_CMD_VEL]))
-def test_no_bytes_raise_or_move_at_no_finite_speed(data: bytes, topic: Topic) -> None:
+def test_no_bytes_raise_or_give_an_infinite_speed(data: bytes, topic: Topic) -> None:
     commands = VelocityCommands()
     commands.hear(topic, data)
     assert commands.count + commands.garbage == 1
@@ -78,7 +78,7 @@ def test_no_bytes_raise_or_move_at_no_finite_speed(data: bytes, topic: Topic) ->
 
 
 @pytest.mark.parametrize("wrong", [inf, -inf, np.nan, 1e300])
-def test_garbage_leaves_the_last_command(wrong: float) -> None:
+def test_garbage_does_not_change_the_last_command(wrong: float) -> None:
     commands = VelocityCommands()
     commands.hear(names.CMD_VEL, cdr(names.CMD_VEL, 0.5, 0.0))
     commands.hear(names.CMD_VEL, cdr(names.CMD_VEL, wrong, 0.0))
@@ -86,7 +86,7 @@ def test_garbage_leaves_the_last_command(wrong: float) -> None:
     assert (commands.twist, commands.count, commands.garbage) == (Twist2D(0.5), 1, 2)
 
 
-def test_the_robot_stands_after_half_a_second_of_silence(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_robot_stops_half_a_second_after_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(velocity_commands, "monotonic", lambda: now[0])
     commands = VelocityCommands()
@@ -97,7 +97,7 @@ def test_the_robot_stands_after_half_a_second_of_silence(monkeypatch: pytest.Mon
     assert commands.twist == Twist2D()
 
 
-def test_the_first_command_takes_the_robot_over_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_command_replaces_the_pilot(monkeypatch: pytest.MonkeyPatch) -> None:
     commands = VelocityCommands()
     pilot = CommandedPilot(commands, Wanderer())
     assert pilot.command(Pose2D(), SCAN).linear > 0.0
@@ -119,7 +119,7 @@ def test_a_simulated_robot_keeps_its_limits(tmp_path: Path) -> None:
     assert set(steps["omega"][1:].tolist()) <= {-5.236, 0.0}
 
 
-def test_a_replay_hears_no_commands(tmp_path: Path) -> None:
+def test_a_replay_ignores_commands(tmp_path: Path) -> None:
     made = scenario_experiment(load_scenario("corridor", ["duration=1", "physics.engine=plan"]))
     folder = made.run(tmp_path / "run", pictures=False).folder
     bus = ListBus()
@@ -128,7 +128,7 @@ def test_a_replay_hears_no_commands(tmp_path: Path) -> None:
     assert bus.listeners == []
 
 
-def test_a_first_pose_places_who_seeks_its_place() -> None:
+def test_an_initial_pose_is_used_by_a_localizer() -> None:
     slam, bus = LineLocalizer(SlamConfig(), Pose2D(), SurfelMap(SlamConfig().map)), ListBus()
     told = Pose2D(3.0, -2.0, 1.25)
     with TopicSession([bus]) as topics:
@@ -163,7 +163,7 @@ def test_json_fills_a_message() -> None:
         cdr_of_json(json.dumps(short).encode(), names.INITIAL_POSE.type)
 
 
-def test_a_pace_sets_the_time_between_scans(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_pace_option_sets_the_time_between_scans(monkeypatch: pytest.MonkeyPatch) -> None:
     now, told = [50.0], list[Any]()
 
     def sleep(seconds: float) -> None:
@@ -190,12 +190,12 @@ def test_a_pace_sets_the_time_between_scans(monkeypatch: pytest.MonkeyPatch) -> 
     [(True, ("127.0.0.1", 8765)), (9000, ("127.0.0.1", 9000)), ("9001", ("127.0.0.1", 9001)),
      ("0.0.0.0:9002", ("0.0.0.0", 9002)), ("[::1]:9003", ("::1", 9003))],
 )  # fmt: skip
-def test_foxglove_is_served_on_this_machine_unless_told(given: bool | int | str, address: tuple[str, int]) -> None:
+def test_foxglove_is_local_by_default(given: bool | int | str, address: tuple[str, int]) -> None:
     assert parse_address(given) == address
 
 
 @pytest.mark.parametrize("given", ["", "here", "1:x", "99999", "-1"])
-def test_an_address_that_is_none_is_said(given: str) -> None:
+def test_an_invalid_address_is_reported(given: str) -> None:
     with pytest.raises(InputError, match="give PORT or HOST:PORT"):
         parse_address(given)
 
@@ -204,7 +204,7 @@ def test_an_address_that_is_none_is_said(given: str) -> None:
     ("choice", "words"),
     [(TopicChoice(pace=2.0), "add --ros or --foxglove"), (TopicChoice(foxglove=True, pace=-1.0), "does not run back")],
 )
-def test_a_pace_that_cannot_be_is_said(choice: TopicChoice, words: str) -> None:
+def test_an_invalid_pace_is_reported(choice: TopicChoice, words: str) -> None:
     with pytest.raises(InputError, match=words), choice.session(Terminal(quiet=True)):
         pass
 
@@ -225,14 +225,14 @@ def stepped(folder: Path) -> Traces:
         return RunRecord.open(on_topics(experiment, topics).run(folder, pictures=False).folder).traces
 
 
-def test_a_stepped_run_takes_one_command_a_scan(tmp_path: Path) -> None:
+def test_a_stepped_run_takes_one_command_per_scan(tmp_path: Path) -> None:
     first, again = stepped(tmp_path / "first"), stepped(tmp_path / "again")
     np.testing.assert_allclose(first.steps["omega"][1:], np.sin(10.0 * first.stamps[:-1]), atol=1e-5)
     np.testing.assert_array_equal(first.truth, again.truth)
     np.testing.assert_array_equal(first.estimate, again.estimate)
 
 
-def test_a_stepped_run_without_commands_ends_when_told() -> None:
+def test_a_stepped_run_without_commands_times_out() -> None:
     with TopicSession([ListBus()], pace=0.0) as topics:
         experiment = on_topics(scenario_experiment(load_scenario("corridor", ["physics.engine=plan"])), topics)
         env, told = experiment.env, iter([False, False, True])
@@ -249,7 +249,7 @@ def test_a_replay_is_not_stepped(tmp_path: Path) -> None:
         on_topics(replay_experiment(folder, load_scenario("corridor")), topics)
 
 
-def test_a_real_robot_goes_at_its_own_pace() -> None:
+def test_a_real_robot_has_no_pace_option() -> None:
     experiment = scenario_experiment(load_scenario("corridor", ["physics.engine=plan"]))
     real = replace(experiment, notes={"backend": "hardware"})
     with TopicSession([ListBus()], pace=2.0) as topics, pytest.raises(InputError, match="at its own pace"):

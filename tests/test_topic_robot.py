@@ -1,4 +1,4 @@
-"""A robot of ROS 2 that is known by its topics: what it observes, what it is commanded, and what it says is missing."""
+"""A robot of ROS 2 topics: its observations, its commands, and its errors."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -65,7 +65,7 @@ def topic_robot(bus: MemoryBus, *settings: str, follows: bool = False) -> Iterat
         yield robot
 
 
-def test_odometry_is_that_of_the_scans_stamp() -> None:
+def test_odometry_is_interpolated_at_the_stamp_of_the_scan() -> None:
     bus = Told(
         MOUNT, odom(1.0, 5.0, 1.0, 0.0), odom(1.2, 5.2, 1.0, 0.2), seen(1.1), odom(1.4, 5.4, 1.0, 0.4), seen(1.3)
     )
@@ -81,7 +81,7 @@ def test_odometry_is_that_of_the_scans_stamp() -> None:
     assert at_second.theta == pytest.approx(0.3)
 
 
-def test_late_odometry_is_carried_on() -> None:
+def test_late_odometry_is_extrapolated() -> None:
     bus = Told(MOUNT, odom(0.9, 0.0, 0.0, 0.0), odom(1.0, 0.1, 0.0, 0.0, v=1.0), seen(1.0), seen(1.1))
     with topic_robot(bus) as robot:
         robot.observe()
@@ -90,7 +90,7 @@ def test_late_odometry_is_carried_on() -> None:
     assert second.odometry.T_odom_base.x == pytest.approx(0.1)
 
 
-def test_transforms_are_odometry_where_no_messages_are() -> None:
+def test_transforms_replace_missing_odometry_messages() -> None:
     links = [placed("odom", "base_footprint", 0.5 * t, 0.0, 0.0, stamp=t) for t in (1.0, 1.2, 1.4)]
     with topic_robot(Told(MOUNT, *links, seen(1.1), seen(1.3))) as robot:
         robot.observe()
@@ -100,7 +100,7 @@ def test_transforms_are_odometry_where_no_messages_are() -> None:
     assert second.odometry.twist.linear == pytest.approx(0.5)
 
 
-def test_topics_of_other_names() -> None:
+def test_topics_can_have_other_names() -> None:
     settings = ["ros.scan_topic=/base/scan", "ros.odom_topic=/wheels", "ros.command_topic=/base/cmd"]
     bus = Told(MOUNT, odom(1.0, 0.0, 0.0, 0.0, name="/wheels"), seen(1.0, name="/base/scan"))
     with topic_robot(bus, *settings) as robot:
@@ -109,7 +109,7 @@ def test_topics_of_other_names() -> None:
     assert {name for name, *_ in bus.sent} == {"/base/cmd"}
 
 
-def test_commands_keep_to_the_limits_and_end_with_a_stop() -> None:
+def test_commands_are_limited_and_the_last_is_a_stop() -> None:
     bus = Told(MOUNT, odom(1.0, 0.0, 0.0, 0.0), seen(1.0))
     with topic_robot(bus, "robot.limits.linear=0.7", "robot.limits.angular=1") as robot:
         assert robot.drive(Twist2D(5.0, -5.0)) == Twist2D(0.7, -1.0)
@@ -139,7 +139,7 @@ def test_a_follower_keeps_all_scans_and_a_driver_the_last() -> None:
         assert robot.observe().scan.stamp == pytest.approx(stamps[-1])
 
 
-def test_a_lidar_elsewhere_is_refused() -> None:
+def test_a_lidar_mounted_elsewhere_is_refused() -> None:
     bus = Told(placed("base_link", "laser", 0.3, 0.0, 0.0, name="/tf_static"), odom(1.0, 0.0, 0.0, 0.0), seen(1.0))
     with pytest.raises(RobotError, match=r"set lidar.mount.x=0.3 lidar.mount.y=0 "), topic_robot(bus):
         pass
@@ -147,7 +147,7 @@ def test_a_lidar_elsewhere_is_refused() -> None:
         pass
 
 
-def test_garbage_is_passed_over(caplog: pytest.LogCaptureFixture) -> None:
+def test_garbage_is_skipped(caplog: pytest.LogCaptureFixture) -> None:
     bad = [(name, kind, bytes([0, 1, 0, 0, *([255] * 30)])) for name, kind, _ in (MOUNT, odom(1.0, 0, 0, 0), seen(1.0))]
     later = odom(1.1, 0.0, 0.0, 0.0), seen(1.05, frame="rear"), seen(1.1)
     with topic_robot(Told(*bad, MOUNT, odom(1.0, 0.0, 0.0, 0.0), seen(1.0), *bad, *later), follows=True) as robot:
@@ -155,7 +155,7 @@ def test_garbage_is_passed_over(caplog: pytest.LogCaptureFixture) -> None:
     assert sum("cannot be read" in line for line in caplog.messages) == 1
 
 
-def test_silence_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_silent_topic_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_FIRST", 0.05)
     monkeypatch.setattr(module, "_LATE", 0.01)
     with pytest.raises(RobotError, match=r"no scan on /scan for 0\.05 s: .*ROS_DOMAIN_ID"), topic_robot(MemoryBus()):
@@ -171,7 +171,7 @@ def test_silence_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
             robot.observe(timeout=0.05)
 
 
-def test_observes_what_a_replay_of_its_log_does(tmp_path: Path) -> None:
+def test_observations_are_those_of_a_replay_of_the_log(tmp_path: Path) -> None:
     settings = ["duration=3", "physics.engine=plan", "slam.mode=dead_reckoning"]
     folder = run("corridor", settings=settings, out=tmp_path / "run", pictures=False).folder
     known = ("/scan", "/odom", "/tf_static")

@@ -1,4 +1,4 @@
-"""A run on topics: what is published, in which order, and that it is what ROS expects."""
+"""A run on topics: the published messages, their order, and the rules of ROS."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def seconds(time: Any) -> float:
     return float(time.sec + 1e-9 * time.nanosec)
 
 
-def test_everything_is_published(run: tuple[Outcome, ListBus]) -> None:
+def test_all_topics_are_published(run: tuple[Outcome, ListBus]) -> None:
     outcome, bus = run
     counts, scans = Counter(heard.topic for heard in bus.sent), outcome.metrics["scans"]
     assert set(counts) == set(names.PUBLISHED)
@@ -59,7 +59,7 @@ def test_everything_is_published(run: tuple[Outcome, ListBus]) -> None:
     assert counts[names.TF_STATIC] == counts[names.ROBOT_DESCRIPTION] == 1
 
 
-def test_the_lidar_is_in_the_map_at_every_scan(run: tuple[Outcome, ListBus]) -> None:
+def test_transforms_place_the_lidar_in_the_map_at_each_scan(run: tuple[Outcome, ListBus]) -> None:
     """REP 105: map -> odom -> base_link -> laser, each with one parent, all known when the scan comes."""
     outcome, bus = run
     record = RunRecord.open(outcome.folder)
@@ -85,7 +85,7 @@ def test_the_lidar_is_in_the_map_at_every_scan(run: tuple[Outcome, ListBus]) -> 
     assert_allclose(found, expected, atol=2e-6)  # trajectories are written to the micrometre
 
 
-def test_time_never_runs_back(run: tuple[Outcome, ListBus]) -> None:
+def test_stamps_never_decrease(run: tuple[Outcome, ListBus]) -> None:
     _, bus = run
     clock = 0.0
     for heard in bus.sent:
@@ -137,7 +137,7 @@ def test_an_unknown_battery_is_nan(run: tuple[Outcome, ListBus]) -> None:
     assert not message.present
 
 
-def test_the_last_map_is_the_exported_one(run: tuple[Outcome, ListBus], tmp_path: Path) -> None:
+def test_the_last_map_is_the_exported_map(run: tuple[Outcome, ListBus], tmp_path: Path) -> None:
     outcome, bus = run
     export(RunRecord.open(outcome.folder), "ros", tmp_path / "map")
     message = bus.of(names.MAP)[-1].message
@@ -160,14 +160,14 @@ def test_the_lines_are_the_walls_of_the_map(run: tuple[Outcome, ListBus]) -> Non
     assert_allclose(points, RunRecord.open(outcome.folder).walls)
 
 
-def test_dead_reckoning_leaves_the_map_to_others(tmp_path: Path) -> None:
+def test_dead_reckoning_publishes_no_map(tmp_path: Path) -> None:
     _, bus = published(tmp_path / "run", [*SETTINGS, "slam.mode=dead_reckoning"])
     assert not {heard.topic for heard in bus.sent} & {names.MAP, names.LINES, names.SLAM_POSE}
     children = [link.child_frame_id for heard in bus.of(names.TF) for link in heard.message.transforms]
     assert set(children) == {"base_link"}
 
 
-def test_what_was_published_replays_to_the_same_run(run: tuple[Outcome, ListBus], tmp_path: Path) -> None:
+def test_published_topics_replay_to_the_same_run(run: tuple[Outcome, ListBus], tmp_path: Path) -> None:
     outcome, bus = run
     with Writer(tmp_path / "bag", version=8) as writer:
         connections: dict[Topic, Any] = {}
@@ -183,7 +183,7 @@ def test_what_was_published_replays_to_the_same_run(run: tuple[Outcome, ListBus]
     assert_allclose(second.estimate, first.estimate, atol=1e-3)
 
 
-def test_the_layout_shows_what_there_is() -> None:
+def test_the_layout_shows_existing_topics() -> None:
     layout = json.loads(asset("foxglove/layout.json").read_text())
     panels = layout["configById"]
     known = {topic.name for topic in names.PUBLISHED}

@@ -1,4 +1,4 @@
-"""TUM trajectories: written, read back, and read as evo reads them."""
+"""TUM trajectories: written, read back, and compared with evo."""
 
 from math import cos, pi, sin
 from pathlib import Path
@@ -18,14 +18,14 @@ one_directory = settings(suppress_health_check=[HealthCheck.function_scoped_fixt
 poses = st.builds(Pose2D, st.floats(-1e5, 1e5), st.floats(-1e5, 1e5), st.floats(-10, 10))
 
 
-def test_a_line() -> None:
+def test_a_line_is_written() -> None:
     line = format_tum(1234567890.5, Pose2D(1.0, -2.25, pi / 2))
     assert line == "1234567890.500000 1.000000 -2.250000 0.000000 0.000000000 0.000000000 0.707106781 0.707106781"
 
 
 @one_directory
 @given(st.lists(poses, min_size=1, max_size=20))
-def test_what_is_written_is_read(tmp_path: Path, trajectory: list[Pose2D]) -> None:
+def test_a_written_trajectory_is_read_back(tmp_path: Path, trajectory: list[Pose2D]) -> None:
     times = [1.7e9 + 0.1 * i for i in range(len(trajectory))]
     path = tmp_path / "run.tum"
     path.write_text("".join(format_tum(t, pose) + "\n" for t, pose in zip(times, trajectory, strict=True)))
@@ -36,14 +36,14 @@ def test_what_is_written_is_read(tmp_path: Path, trajectory: list[Pose2D]) -> No
         assert abs(wrap_angle(row[2] - pose.theta)) < 1e-8
 
 
-def test_comments_and_blank_lines_are_passed_over(tmp_path: Path) -> None:
+def test_comments_and_blank_lines_are_skipped(tmp_path: Path) -> None:
     path = tmp_path / "run.tum"
     path.write_text("# timestamp tx ty tz qx qy qz qw\n\n1 2 3 0 0 0 0 1\n  \n")
     stamps, table = read_tum(str(path))
     assert (stamps.tolist(), table.tolist()) == ([1.0], [[2.0, 3.0, 0.0]])
 
 
-def test_what_leaves_the_plane_is_dropped(tmp_path: Path) -> None:
+def test_the_motion_out_of_the_plane_is_dropped(tmp_path: Path) -> None:
     yaw, pitch = 2.0, 0.3
     q = (-sin(yaw / 2) * sin(pitch / 2), cos(yaw / 2) * sin(pitch / 2), sin(yaw / 2) * cos(pitch / 2))
     path = tmp_path / "run.tum"
@@ -64,14 +64,14 @@ def test_what_leaves_the_plane_is_dropped(tmp_path: Path) -> None:
         ("\0\x8b\xff", "line 1: not a number"),
     ],
 )
-def test_bad_files(tmp_path: Path, text: str, message: str) -> None:
+def test_bad_files_are_refused(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "run.tum"
     path.write_text(text)
     with pytest.raises(LogError, match=f"^{path}: {message}"):
         read_tum(path)
 
 
-def test_a_missing_file(tmp_path: Path) -> None:
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="no such file"):
         read_tum(tmp_path / "absent")
 
@@ -86,7 +86,7 @@ def test_random_bytes_are_an_error_of_one_line(tmp_path: Path, junk: bytes) -> N
     assert "\n" not in str(caught.value)
 
 
-def test_evo_reads_the_same(tmp_path: Path) -> None:
+def test_evo_reads_the_same_trajectory(tmp_path: Path) -> None:
     random = np.random.default_rng(0)
     trajectory = [Pose2D(*row) for row in random.uniform(-9, 9, (50, 3)).tolist()]
     path = tmp_path / "run.tum"

@@ -1,4 +1,4 @@
-"""The simulated lidar: true ranges, and the errors it adds to them."""
+"""The simulated lidar: true ranges and added errors."""
 
 from typing import Any
 
@@ -61,7 +61,7 @@ def test_the_scan_carries_its_fan_its_stamp_and_its_sensor() -> None:
     assert np.abs(scan.points()).max() == pytest.approx(2.0, abs=1e-3)
 
 
-def test_a_low_lidar_sees_table_legs_a_high_one_the_top() -> None:
+def test_a_low_lidar_sees_table_legs_a_high_lidar_the_top() -> None:
     plan = Plan(tables=(Table(center=(2.0, 0.0), size=(1.0, 1.0, 0.7)),))
     with World(plan.prisms(), 240) as world:
         low = SimulatedLidar(world, LidarConfig(height=0.3, mount=HERE)).true_ranges(still(Pose2D()))
@@ -98,7 +98,7 @@ def test_table_1_has_1024_steps() -> None:
 
 @pytest.mark.parametrize(("true", "bound"), [(0.5, 0.025), (1.0, 0.025), (2.0, 0.05), (3.5, 0.0875)])
 @pytest.mark.parametrize("bound_sigmas", [2.0, 3.0])
-def test_the_noise_is_gaussian_with_the_maker_s_bound(true: float, bound: float, bound_sigmas: float) -> None:
+def test_the_noise_is_gaussian_within_the_data_sheet(true: float, bound: float, bound_sigmas: float) -> None:
     config = LidarConfig(bound_sigmas=bound_sigmas)
     errors = measure(np.full(40_000, true), 0.0, config, rng()) - true
     sigma = bound / bound_sigmas
@@ -108,7 +108,7 @@ def test_the_noise_is_gaussian_with_the_maker_s_bound(true: float, bound: float,
     assert np.mean(abs(errors) > 2.5 * sigma) == pytest.approx(0.0124, abs=0.004)
 
 
-def test_noise_at_the_reach_gains_as_many_as_it_loses() -> None:
+def test_noise_at_the_reach_does_not_bias_the_echo_count() -> None:
     wall = Plan(walls=(Wall(points=((4.145, -9.0), (4.145, 9.0))),))  # its face stands at the reach of 4.095 m
     with World(wall.prisms(), 240) as world:
         lidar = SimulatedLidar(world, LidarConfig(mount=HERE))

@@ -29,7 +29,7 @@ def read(directory: Path, *lines: str) -> Log:
     return read_log(path)
 
 
-def test_units_and_error_codes(tmp_path: Path) -> None:
+def test_units_and_error_codes_are_read(tmp_path: Path) -> None:
     readings = {0: 0, 1: 20, 2: 5600, 3: 5601, 4: 19, 5: 1, 681: 1234}
     log = read(tmp_path, scan(212_387_282, 29_221, 25_178, readings), scan(212_487_282, 29_221, 25_178))
     first = log.scan(0)
@@ -52,7 +52,7 @@ def test_a_turn_of_both_wheels_is_their_circumference(tmp_path: Path) -> None:
     assert log.twist(0).linear == pytest.approx(CIRCUMFERENCE / 0.1)
 
 
-def test_the_right_wheel_ahead_turns_to_the_left(tmp_path: Path) -> None:
+def test_a_faster_right_wheel_turns_left(tmp_path: Path) -> None:
     log = read(tmp_path, scan(0), scan(100_000, -100, 100))
     np.testing.assert_allclose(log.T_odom_base[1], [0, 0, 2 * 0.1 * CIRCUMFERENCE / 2 / 0.33], atol=1e-12)
 
@@ -75,19 +75,19 @@ def test_the_last_column_may_be_missing(tmp_path: Path) -> None:
         (scan(1), "repeated"),
     ],
 )
-def test_a_bad_line_costs_itself_only(tmp_path: Path, line: str, kind: str) -> None:
+def test_a_bad_line_loses_no_other_line(tmp_path: Path, line: str, kind: str) -> None:
     log = read(tmp_path, "# comment", scan(1), scan(2), line, scan(3), scan(4), scan(5))
     np.testing.assert_array_equal(log.stamps, [1e-6, 2e-6, 3e-6, 4e-6, 5e-6])
     assert log.report.startswith(f"5 scans, 1 line skipped (1 {kind}")
     assert log.report.endswith(", line 4)")
 
 
-def test_numbers_that_are_no_scans_are_an_error(tmp_path: Path) -> None:
+def test_numbers_that_are_not_scans_are_an_error(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="not a log that hopslam can read: a file that begins with b'1 2 3'"):
         read(tmp_path, "1 2 3", "4 5 6")
 
 
-def test_a_cut_gzip_gives_what_can_be_read(tmp_path: Path) -> None:
+def test_a_truncated_gzip_is_read_up_to_its_end(tmp_path: Path) -> None:
     noise = np.random.default_rng(0).integers(20, 5600, (200, 682))
     lines = [scan(i, ranges=dict(enumerate(row.tolist()))) for i, row in enumerate(noise)]
     whole = gzip.compress("\n".join(lines).encode())
@@ -109,7 +109,7 @@ def test_damage_to_one_line_never_loses_another(tmp_path: Path, junk: bytes, fir
 
 
 @needs_data
-def test_mines1() -> None:
+def test_the_mines1_log_is_read() -> None:
     log = read_log(DATA / "mines1.dat.gz")
     assert log.report == "756 scans"
     assert log.ranges.shape == (756, 682)

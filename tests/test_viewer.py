@@ -1,4 +1,4 @@
-"""The rerun viewer: what a recording holds, what survives, and that nobody has to look."""
+"""The rerun viewer: the contents of a recording, cut-off files, and missing viewers."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_targets_are_read_as_users_write_them(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["a.txt", "serve=x", "serve=70000", "connect=http://pi", "connect=pi:x", ""])
-def test_what_is_no_target_is_bad_input(text: str) -> None:
+def test_an_invalid_target_is_bad_input(text: str) -> None:
     with pytest.raises(InputError, match="--rerun"):
         parse_target(text)
 
@@ -139,7 +139,7 @@ def test_no_screen_is_one_line_and_no_failure(
 
 
 @given(st.floats(-10.0, 10.0))
-def test_colours_go_round_with_the_direction(angle: float) -> None:
+def test_hues_follow_the_direction(angle: float) -> None:
     assert wall_colours(np.array([angle])) == wall_colours(np.array([angle + 2 * np.pi]))
 
 
@@ -159,7 +159,7 @@ def test_a_frame_is_in_the_map_frame() -> None:
     assert frame.odometry.x == pytest.approx(1.2)
 
 
-def test_events_are_told_once_and_when_they_end() -> None:
+def test_events_are_reported_once_and_at_their_end() -> None:
     detector = EventDetector()
     steps = [step(0), step(1, stalled=True), step(2, stalled=True), step(3), step(4, collided=True)]
     told = [(event.scan, event.level, event.text.split(":")[0]) for seen in steps for event in detector.detect(seen)]
@@ -171,7 +171,7 @@ def test_events_are_told_once_and_when_they_end() -> None:
     ]
 
 
-def test_odometry_alone_is_told_but_not_between_updates() -> None:
+def test_odometry_alone_is_reported_only_at_updates() -> None:
     detector, told = EventDetector(), []
     segments = Segments(*(np.zeros(0, np.int64) for _ in "12"), *(np.zeros(0) for _ in "12"), *2 * [np.zeros((0, 2))])
     for number, (matched, alone) in enumerate([(1, 0), (0, 0), (1, 1), (0, 0), (1, 1), (1, 0)]):
@@ -193,7 +193,7 @@ def test_rerun_verifies_a_whole_recording(run: Path) -> None:
     assert recording.stat().st_size / scans < 20_000  # with what is static
 
 
-def test_view_makes_the_recording_of_a_run_that_has_none(run: Path, tmp_path: Path) -> None:
+def test_view_creates_a_missing_recording(run: Path, tmp_path: Path) -> None:
     bare, out = tmp_path / "bare", tmp_path / "b.rrd"
     shutil.copytree(run, bare, ignore=shutil.ignore_patterns("run.rrd"))
     done = CliRunner().invoke(app, ["view", str(bare), "--rerun", str(out)])
@@ -203,12 +203,12 @@ def test_view_makes_the_recording_of_a_run_that_has_none(run: Path, tmp_path: Pa
     assert rows(out, "/map/scan") == rows(run / "run.rrd", "/map/scan")
 
 
-def test_view_of_no_run_is_bad_input(tmp_path: Path) -> None:
+def test_view_without_a_run_is_bad_input(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["view", str(tmp_path), "--rerun", str(tmp_path / "x.rrd")])
     assert isinstance(done.exception, InputError)
 
 
-def test_a_recording_that_was_cut_off_can_be_read_to_its_end(tmp_path: Path) -> None:
+def test_a_truncated_recording_is_readable(tmp_path: Path) -> None:
     path = tmp_path / "cut.rrd"
     code = f"""
 import os, time
@@ -242,13 +242,13 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def test_a_viewer_that_is_not_there_is_told_once() -> None:
+def test_a_missing_viewer_is_reported_once() -> None:
     said = show(80, [], [f"rerun+http://127.0.0.1:{free_port()}/proxy"])
     assert len(said) == 1
     assert "no viewer" in said[0]
 
 
-def test_a_viewer_that_never_reads_stops_nothing() -> None:
+def test_a_viewer_that_never_reads_does_not_block_the_run() -> None:
     with socket.create_server(("127.0.0.1", 0)) as deaf:
         port = deaf.getsockname()[1]
         with Broadcast([], [f"rerun+http://127.0.0.1:{port}/proxy"], SCENE, lambda text: None) as broadcast:

@@ -1,4 +1,4 @@
-"""Candidates from walls alone: submaps of rooms whose places are known, each in a frame of its own that has drifted."""
+"""Loop candidates from walls alone, between submaps of rooms with known places."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def known(rooms: list[tuple[FloatArray, list[Pose2D], Pose2D]]) -> tuple[WallCan
 
 @settings(max_examples=20, deadline=None)
 @given(DRIFTS, DRIFTS)
-def test_a_room_is_found_again_through_any_drift(T_first_world: Pose2D, T_last_world: Pose2D) -> None:
+def test_a_room_is_recognized_whatever_the_drift(T_first_world: Pose2D, T_last_world: Pose2D) -> None:
     """Driven the other way, and told nothing of where the frame has drifted to."""
     back = [pose @ Pose2D(theta=np.pi) for pose in reversed(ALONG_L_ROOM)]
     rooms = [(HALL, IN_HALL, Pose2D()), (L_ROOM, ALONG_L_ROOM, T_first_world), (L_ROOM, back, T_last_world)]
@@ -65,7 +65,7 @@ def test_a_room_is_found_again_through_any_drift(T_first_world: Pose2D, T_last_w
     assert abs(at_robot.theta) < 0.02
 
 
-def test_a_hall_is_proposed_both_ways_round() -> None:
+def test_a_hall_is_proposed_in_both_orientations() -> None:
     candidates, (first, last) = known([(HALL, IN_HALL, Pose2D(5.0, 1.0, 0.3)), (HALL, IN_HALL, Pose2D())])
     two = candidates.of(last, [first])[:2]
     places = stack_poses(Pose2D.from_array(one.T_other_submap) for one in two)
@@ -74,7 +74,7 @@ def test_a_hall_is_proposed_both_ways_round() -> None:
     assert two[1].score == pytest.approx(two[0].score, rel=0.05)
 
 
-def test_candidates_are_few_and_the_best_come_first() -> None:
+def test_candidates_are_few_and_sorted_best_first() -> None:
     candidates, submaps = known([(HALL, IN_HALL, Pose2D(float(k), 0.0, 0.1 * k)) for k in range(6)])
     found = candidates.of(submaps[-1], submaps[:-1])
     assert len(found) == MAX_CANDIDATES < MAX_PLACES * len(submaps)
@@ -91,7 +91,7 @@ def test_only_the_first_of_many_submaps_are_compared() -> None:
     assert all(one.other is not room for one in candidates.of(last, [*halls, room]))
 
 
-def test_submaps_that_left_the_graph_are_forgotten() -> None:
+def test_submaps_removed_from_the_graph_are_dropped() -> None:
     candidates, (first, last) = known([(L_ROOM, ALONG_L_ROOM, Pose2D()), (L_ROOM, ALONG_L_ROOM, Pose2D(3.0))])
     candidates.keep({last.number})
     assert candidates.of(last, []) == []

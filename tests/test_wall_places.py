@@ -1,4 +1,4 @@
-"""Places from walls alone: laws, rooms whose places are known, and plain references of the compiled parts."""
+"""Places from walls alone: laws, rooms with known places, and plain references of compiled functions."""
 
 import numpy as np
 import pytest
@@ -98,7 +98,7 @@ def test_the_order_of_the_walls_changes_no_bit() -> None:
     assert plain.tobytes() == turned_round.tobytes()
 
 
-def test_a_hall_looks_alike_from_both_ends() -> None:
+def test_a_symmetric_hall_has_two_places() -> None:
     found = propose_places(constellation(HALL), constellation(HALL))
     best = sorted(found[:2], key=lambda place: abs(place[HEADING]))
     assert_near(best[0], Pose2D())
@@ -107,7 +107,7 @@ def test_a_hall_looks_alike_from_both_ends() -> None:
     assert found[2, SCORE] < 0.5 * found[1, SCORE]
 
 
-def test_places_come_best_first_and_apart() -> None:
+def test_places_are_sorted_and_distinct() -> None:
     found = propose_places(constellation(offices(0)), constellation(offices(1)), most=5)
     assert found.shape == (5, 4)
     assert (np.diff(found[:, SCORE]) <= 0.0).all()
@@ -117,7 +117,7 @@ def test_places_come_best_first_and_apart() -> None:
             assert off.distance(Pose2D()) >= 0.4 or abs(off.theta) >= 0.1
 
 
-def test_a_corner_is_worth_more_than_a_longer_corridor() -> None:
+def test_a_corner_scores_more_than_a_longer_corridor() -> None:
     bare, cornered = constellation(CORRIDOR), constellation(np.vstack([CORRIDOR[:, :, :] * [0.5, 1.0], HALL[1:2]]))
     assert propose_places(cornered, cornered)[0, SCORE] > propose_places(bare, bare)[0, SCORE]
 
@@ -145,12 +145,12 @@ def test_the_floor_is_free_but_not_near_walls_or_behind() -> None:
     assert free.sum() * CELL**2 == pytest.approx((8 - 0.6) * (5 - 0.6), rel=0.1)
 
 
-def test_what_lies_behind_the_back_of_a_wall_is_unknown() -> None:
+def test_space_behind_a_wall_is_unknown() -> None:
     back = np.array([[[1.0, 3.0], [1.0, -3.0]]])  # it faces away from the origin
     assert not constellation(np.vstack([HALL, back])).free[:, CELLS + 4 :].any()
 
 
-def test_a_wall_across_free_floor_contradicts() -> None:
+def test_a_wall_across_free_floor_is_a_contradiction() -> None:
     screen = np.array([[[0.0, -1.0], [0.0, 1.0]]])
     empty, divided = constellation(HALL), Constellation(constellation(screen).walls, constellation(HALL).free)
     assert contradicted(np.zeros(4), divided, empty) == pytest.approx(2.0)
@@ -161,13 +161,13 @@ def test_a_wall_across_free_floor_contradicts() -> None:
 
 @given(POSES)
 @settings(max_examples=20, deadline=None)
-def test_moved_walls_are_those_of_moved_ends(T: Pose2D) -> None:
+def test_moving_walls_moves_their_ends(T: Pose2D) -> None:
     ends = T.transform(L_ROOM)
     walls = moved(_in_order(L_ROOM), T.x, T.y, T.theta)
     np.testing.assert_allclose(walls, _in_order(ends), atol=1e-12)
 
 
-def test_a_place_is_refined_to_where_the_walls_lie() -> None:
+def test_refining_a_place_aligns_the_walls() -> None:
     room, true = constellation(L_ROOM), Pose2D(0.4, -0.3, 0.5)
     near = Pose2D(0.5, -0.2, 0.53)
     places = np.array([[0.0, near.x, near.y, near.theta]])
@@ -196,14 +196,14 @@ def test_votes_for_shifts_are_those_of_plain_sums() -> None:
     np.testing.assert_allclose(votes, expected, atol=1e-9)
 
 
-def test_votes_for_turns_are_most_at_the_turn_that_is_true() -> None:
+def test_votes_for_turns_peak_at_the_true_turn() -> None:
     walls = _in_order(offices(0))
     votes = turn_votes(walls, moved(walls, 1.0, 2.0, np.radians(84.0)))
     assert np.argmax(votes) == 42
     assert votes.sum() == pytest.approx(2.5 * np.minimum(walls[:, LENGTH], 3.0).sum() ** 2)
 
 
-def test_crossed_walls_fix_much_parallel_ones_little() -> None:
+def test_crossing_walls_constrain_more_than_parallel_ones() -> None:
     assert fixedness(0.0, 0.0, 0.0) == 0.0
     assert fixedness(12.0, 0.0, 0.0) < 0.5 * fixedness(6.0, 0.0, 6.0)
     assert fixedness(6.0, 0.0, 6.0) == pytest.approx(6.0)
@@ -231,7 +231,7 @@ def test_normal_equations_are_those_of_numeric_derivatives() -> None:
     np.testing.assert_allclose(gradient, -J.T @ residuals(pose), rtol=0.02)
 
 
-def test_metres_on_free_floor_are_those_of_plain_samples() -> None:
+def test_lengths_on_free_floor_are_those_of_plain_samples() -> None:
     walls, free = _in_order(offices(0)), constellation(HALL).free
     along = np.linspace(-0.5, 0.5, 4001)[:, None]
     expected = 0.0
@@ -242,7 +242,7 @@ def test_metres_on_free_floor_are_those_of_plain_samples() -> None:
     assert metres_on(walls, free) == pytest.approx(expected, abs=0.15 * len(walls) * CELL)
 
 
-def test_voted_places_hold_the_true_one_before_it_is_refined() -> None:
+def test_voted_places_contain_the_true_place() -> None:
     walls, T = _in_order(L_ROOM), Pose2D(1.1, -0.7, 0.8)
     places = places_voted_for(walls, moved(walls, T.x, T.y, T.theta))
     off = np.hypot(places[:, PLACE_X] - T.x, places[:, PLACE_X + 1] - T.y)

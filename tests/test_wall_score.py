@@ -1,4 +1,4 @@
-"""The line map against the true walls: faces of the solids, what was seen of them, and the score."""
+"""The line map against the true walls: faces of the solids, seen parts of them, and the score."""
 
 from typing import Any
 
@@ -51,7 +51,7 @@ def test_a_room_has_eight_faces_whatever_its_solids() -> None:
     assert sorted(np.round(true_walls(room()).lengths, 6)) == [3.0, 3.0, 3.2, 3.2, 4.0, 4.0, 4.2, 4.2]
 
 
-def test_what_stands_against_another_solid_is_no_face() -> None:
+def test_sides_against_another_solid_are_not_faces() -> None:
     left, right = (rectangle((x, 0.5), 1.0, 1.0, 0.0) for x in (0.5, 1.5))
     assert sorted(np.round(true_walls([left, right]).lengths, 6)) == [1.0, 1.0, 2.0, 2.0]
     low = rectangle((1.5, 0.25), 1.0, 0.5, 0.0)  # hides the lower half of the other's side
@@ -66,7 +66,7 @@ def test_a_wall_goes_on_behind_a_thin_wall_to_its_corners() -> None:
     assert wall_ends(walls)[~inner].all()
 
 
-def test_a_step_of_a_few_centimetres_is_no_end() -> None:
+def test_a_step_of_a_few_centimetres_does_not_end_a_wall() -> None:
     """As at a door that is shut, 3 cm behind the faces of its wall."""
     walls = true_walls([prism.footprint for prism in DOOR.prisms()])
     long = walls.lengths > 0.2
@@ -74,7 +74,7 @@ def test_a_step_of_a_few_centimetres_is_no_end() -> None:
     assert wall_ends(walls)[long].sum() == 4
 
 
-def test_no_walls_no_faces_and_no_map_no_precision() -> None:
+def test_without_walls_or_a_map_there_is_no_score() -> None:
     walls = true_walls([])
     found = wall_metrics(score(walls, np.empty((0, 2, 2))))
     assert walls.faces.shape == (0, 2, 2)
@@ -83,7 +83,7 @@ def test_no_walls_no_faces_and_no_map_no_precision() -> None:
     assert wall_metrics(score(walls, line(0, 0, 1, 0)))["wall_free_air_m"] == 1.0
 
 
-def test_a_perfect_map_is_all_wall_and_has_all_walls() -> None:
+def test_a_perfect_map_has_full_precision_and_recall() -> None:
     walls = true_walls([*room(), BOX])
     found = score(walls, walls.faces)
     assert (found.precision, found.recall) == (1.0, 1.0)
@@ -94,7 +94,7 @@ def test_a_perfect_map_is_all_wall_and_has_all_walls() -> None:
     assert found.end_errors.max() < 1e-9
 
 
-def test_a_map_beside_the_walls_is_scored_by_how_far_it_is_off() -> None:
+def test_a_displaced_map_is_scored_by_its_offset() -> None:
     walls = true_walls(room())
     near, far = (score(walls, walls.faces + np.array([offset, 0.0])) for offset in (0.06, 0.14))
     assert near.precision == 1.0
@@ -122,7 +122,7 @@ def test_the_score_is_the_same_in_every_frame() -> None:
         assert np.sort(np.ravel(a)) == pytest.approx(np.sort(np.ravel(b)), abs=1e-9)
 
 
-def test_a_line_in_two_halves_is_scored_as_the_whole() -> None:
+def test_two_halves_of_a_line_score_as_the_whole_line() -> None:
     walls = true_walls(room())
     lines = walls.faces + np.array([0.02, -0.03])
     middles = lines.mean(axis=1)
@@ -158,7 +158,7 @@ def test_a_missing_wall_costs_recall_and_short_faces_do_not() -> None:
     assert score(walls, walls.faces[long & ~inner]).recall == pytest.approx(1.0 - 3.0 / 28.8)
 
 
-def test_what_was_not_seen_need_not_be_in_the_map() -> None:
+def test_walls_that_were_not_seen_cost_no_recall() -> None:
     walls = true_walls(room())
     seen = walls.samples[:, 0] < 2.0
     found = score_walls(walls, seen, walls.faces)
@@ -194,7 +194,7 @@ def test_a_wall_is_seen_from_three_places_by_its_echoes() -> None:
     assert seen.scans.max() == 3
 
 
-def test_pieces_are_judged_as_a_plain_loop_does() -> None:
+def test_pieces_are_scored_as_by_a_plain_loop() -> None:
     random = np.random.default_rng(7)
     walls = true_walls([*room(), BOX])
     lines = random.uniform([-0.2, -0.2], [4.2, 3.2], (40, 2, 2))
@@ -223,7 +223,7 @@ def distance(place: FloatArray, face: FloatArray) -> float:
     return float(np.hypot(*(place - start - share * way)))
 
 
-def test_a_beam_sees_the_first_face_it_meets() -> None:
+def test_a_beam_sees_the_nearest_face() -> None:
     walls = true_walls([*room(), BOX])
     origin, angles = np.array([0.5, 0.4]), np.linspace(-np.pi, np.pi, 97)
     beams = np.column_stack([np.cos(angles), np.sin(angles)])

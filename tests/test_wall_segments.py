@@ -1,4 +1,4 @@
-"""The line map: walls where beams tell that there is wall, as far as it goes, once, and with corners."""
+"""The line map: each wall once, along its whole seen length, and with corners."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -95,7 +95,7 @@ def test_a_room_is_four_walls_that_meet(turn: float) -> None:
     assert (np.bincount(off.argmin(axis=1)) == 2).all()
 
 
-def test_nothing_stands_between_two_legs() -> None:
+def test_no_wall_is_drawn_between_two_legs() -> None:
     for gap in (0.15, 0.3, 0.75):
         world = np.concatenate([ROOM, leg(0.8, 0.0), leg(0.8, gap)])
         ends = mapped(world, around(scans=40))
@@ -120,7 +120,7 @@ def test_a_door_stays_open(width: float) -> None:
     np.testing.assert_allclose(jambs, half, atol=0.05)
 
 
-def test_what_was_there_goes_when_it_is_seen_through() -> None:
+def test_a_wall_is_removed_when_seen_through() -> None:
     surfels, box = SurfelMap(SurfelMapConfig()), outline((0.9, -0.4), (1.2, -0.4), (1.2, 0.4), (0.9, 0.4))
     see(surfels, np.concatenate([ROOM, box]), around(-0.6))
     assert len(between(surfels.ends, (0.8, -0.5), (1.3, 0.5)))
@@ -129,14 +129,14 @@ def test_what_was_there_goes_when_it_is_seen_through() -> None:
     assert len(surfels.ends) == 4
 
 
-def test_a_wall_that_a_wrong_pose_doubled_is_one() -> None:
+def test_a_wall_doubled_by_a_wrong_pose_is_one_wall() -> None:
     surfels = SurfelMap(SurfelMapConfig())
     see(surfels, ROOM, around(scans=30))
     see(surfels, ROOM, around(scans=5), Pose2D(0.14, 0.0, 0.0))
     assert len(surfels.ends) == 4
 
 
-def test_walls_have_the_same_bits_whenever_asked_for() -> None:
+def test_walls_do_not_depend_on_when_they_are_read() -> None:
     surfels, again = SurfelMap(SurfelMapConfig()), SurfelMap(SurfelMapConfig())
     for pose in around():
         see(surfels, ROOM, [pose])
@@ -152,7 +152,7 @@ def test_the_free_side_of_a_wall_is_to_its_left() -> None:
     assert (ways[:, 0] * inwards[:, 1] - ways[:, 1] * inwards[:, 0] > 0.0).all()
 
 
-def test_what_is_grazed_only_is_no_wall() -> None:
+def test_a_surface_only_grazed_is_not_a_wall() -> None:
     """Posts in a row, whose ends lie almost along the beams."""
     posts = [leg(1.0 + 0.2 * k, -0.5 - 0.03 * k) for k in range(12)]
     assert not len(mapped(np.concatenate(posts), [Pose2D(0.05 * k, -0.4) for k in range(10)]))
@@ -163,7 +163,7 @@ def test_an_empty_map_has_no_walls() -> None:
 
 
 @given(st.lists(st.tuples(*[st.floats(-2, 2)] * 4), max_size=12))
-def test_of_doubles_nothing_new_is_made(rows: list[tuple[float, float, float, float]]) -> None:
+def test_merging_doubles_creates_no_new_wall(rows: list[tuple[float, float, float, float]]) -> None:
     ends = np.array(rows).reshape(-1, 2, 2)
     ends = ends[lengths(ends) > 0.2]
     kept = without_doubles(ends, lengths(ends), 0.2)
@@ -173,7 +173,7 @@ def test_of_doubles_nothing_new_is_made(rows: list[tuple[float, float, float, fl
         np.testing.assert_allclose(kept[0], ends[np.argmax(lengths(ends))], atol=1e-12)
 
 
-def test_of_two_walls_side_by_side_the_stronger_stays() -> None:
+def test_the_stronger_of_two_parallel_walls_is_kept() -> None:
     longer, beside = WALL * [3.0, 1.0], np.array([0.0, 0.2])
     kept = without_doubles(np.concatenate([WALL - beside, longer]), np.array([1.0, 2.0]), 0.2)
     np.testing.assert_allclose(kept, longer)
@@ -183,7 +183,7 @@ def test_of_two_walls_side_by_side_the_stronger_stays() -> None:
         assert len(without_doubles(np.concatenate([WALL, other]), np.array([1.0, 2.0]), 0.2)) == 2
 
 
-def test_ends_meet_within_reach_and_stay_beyond_it() -> None:
+def test_ends_are_joined_only_within_reach() -> None:
     for gap, meets in ((0.05, True), (-0.15, True), (0.15, False), (0.5, False)):
         other = np.array([[[0.5 + gap, 0.95], [0.5 + gap, -1.0]]])
         met = meet_at_corners(np.concatenate([WALL, other]))
@@ -214,7 +214,7 @@ def test_free_ranges_and_echoes_are_those_of_the_scan(readings: list[float]) -> 
     assert beams.farthest.max() == beams.ranges.max()
 
 
-def test_what_sticks_out_behind_a_better_wall_is_cut_off() -> None:
+def test_an_end_behind_a_better_wall_is_removed() -> None:
     askew = np.array([[[0.0, 0.65], [0.2, 1.35]]])
     through = np.array([[[0.0, 0.1], [0.2, 1.8]]])  # farther: another wall, which goes on there
     met = meet_at_corners(np.concatenate([WALL, askew, through]))
@@ -224,7 +224,7 @@ def test_what_sticks_out_behind_a_better_wall_is_cut_off() -> None:
     assert np.allclose(meet_at_corners(np.concatenate([askew, WALL]))[0], askew[0])  # the better one stays as it is
 
 
-def test_asking_first_what_is_hidden_changes_nothing() -> None:
+def test_the_test_for_hidden_walls_changes_nothing() -> None:
     surfels = SurfelMap(SurfelMapConfig())
     world = np.concatenate([ROOM, leg(0.8, 0.0), outline((-1.0, 0.0), (0.0, 0.9), (0.0, 1.0), (-1.0, 0.1))])
     see(surfels, world, around())

@@ -1,4 +1,4 @@
-"""The wire, recorded: no byte is lost, what is listed is what the protocols say, and drivers take it for a device."""
+"""Recording of the wire: no byte is lost, listings match the protocols, and drivers accept a recording as a device."""
 
 import ast
 import os
@@ -50,13 +50,13 @@ def words(*events: WireEvent) -> list[str]:
 
 
 @given(st.floats(0.0, 1e6), st.text(min_size=1).filter(lambda text: text.isprintable()), st.binary(max_size=99))
-def test_a_line_says_what_happened(stamp: float, port: str, data: bytes) -> None:
+def test_a_log_line_describes_a_message(stamp: float, port: str, data: bytes) -> None:
     event = WireEvent(round(stamp, 6), port, "<", data)
     assert WireEvent.parse(event.line()) == event
 
 
 @given(CHUNKS, st.data())
-def test_a_cut_file_has_all_that_came_before(chunks: list[bytes], data: st.DataObject) -> None:
+def test_a_truncated_file_keeps_the_earlier_messages(chunks: list[bytes], data: st.DataObject) -> None:
     lines = [WireEvent(float(k), "/dev/ttyS0", ">", chunk).line() for k, chunk in enumerate(chunks)]
     text = "".join(lines)
     cut = data.draw(st.integers(0, len(text)))
@@ -135,7 +135,7 @@ def test_a_real_sensor_is_listed(real: Path) -> None:
     assert "damaged" not in listed
 
 
-def test_a_recording_answers_as_the_real_sensor_did(real: Path) -> None:
+def test_a_recording_answers_like_the_real_sensor(real: Path) -> None:
     line = ScipLine(SerialPort(f"wire:{real}", 19200), threading.Event())
     for command in ("PP", "VV", "GD0044072501", "VV"):  # in another order than was recorded
         assert line.ask_until_answered(command).echo == command
@@ -153,7 +153,7 @@ def drive(robot: HardwareRobot, scans: int) -> Iterator[tuple[np.ndarray, float]
         yield observation.scan.ranges, observation.odometry.T_odom_base.x
 
 
-def test_a_recorded_drive_is_driven_again(tmp_path: Path) -> None:
+def test_a_recorded_drive_is_replayed(tmp_path: Path) -> None:
     record = tmp_path / "drive.wire"
     with Emulator(room_plant((-2.0, 3.5), (-2.0, 2.0), 0.16)) as emulator:
         scenario = load_scenario("corridor", emulator.port_settings)
@@ -170,7 +170,7 @@ def test_a_recorded_drive_is_driven_again(tmp_path: Path) -> None:
         SerialPort(f"wire:{record}", 9600)
 
 
-def test_both_ends_of_a_wire_are_recorded(tmp_path: Path) -> None:
+def test_both_directions_are_recorded(tmp_path: Path) -> None:
     with (
         WireSession(tmp_path / "emulator.wire") as wire,
         Emulator(room_plant((-2.0, 2.0), (-2.0, 2.0)), wire=wire) as emulator,

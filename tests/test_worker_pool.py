@@ -1,4 +1,4 @@
-"""Processes of a benchmark end with it, and with them whatever their jobs have started."""
+"""The processes of a benchmark end with it, together with the processes that their jobs started."""
 
 import os
 import signal
@@ -68,6 +68,6 @@ def test_a_job_that_fails_ends_the_other_jobs_of_its_pool(tmp_path: Path) -> Non
     assert (program.returncode, err) == (2, "hopslam: job 1 is wrong\n")
 
 
-def test_results_of_a_pool_come_in_the_order_of_its_jobs(tmp_path: Path) -> None:
+def test_results_are_in_the_order_of_the_jobs(tmp_path: Path) -> None:
     program = start(tmp_path, "add_one")
     assert (*program.communicate(timeout=120), program.returncode) == ("[1, 2, 3]\n", "", 0)

@@ -1,4 +1,4 @@
-"""The world: what rays meet, what bodies touch, and who owns which physics server."""
+"""The world: what rays hit, which bodies touch, and who owns a physics server."""
 
 from typing import Any
 
@@ -63,7 +63,7 @@ def test_no_ray_of_a_large_batch_is_lost() -> None:
     assert (fractions > 0.8).all()
 
 
-def test_an_empty_world_has_nothing_to_meet() -> None:
+def test_rays_in_an_empty_world_meet_nothing() -> None:
     with World([], rate=240) as world:
         assert ray(world, (0.0, 0.0, 0.3), (10.0, 0.0, 0.3)) == np.inf
         assert P3dx(world, RobotConfig()).near() == ()
@@ -76,7 +76,7 @@ def test_rays_pass_through_the_robot() -> None:
         assert ray(world, (0.0, 0.0, 0.15), (10.0, 0.0, 0.15)) == pytest.approx(2.5, abs=1e-4)
 
 
-def test_a_closed_world_says_so_and_leaves_later_ones_alone() -> None:
+def test_a_closed_world_does_not_affect_later_worlds() -> None:
     closed = World([], rate=240)
     closed.close()
     closed.close()
@@ -88,7 +88,7 @@ def open_clients() -> int:
     return sum(pybullet.getConnectionInfo(physicsClientId=client)["isConnected"] for client in range(1024))
 
 
-def test_forgotten_worlds_are_freed_but_one_is_reused() -> None:
+def test_unreferenced_worlds_are_freed_or_reused() -> None:
     before = open_clients()
     for _ in range(5):
         world = World([], rate=240)
@@ -132,7 +132,7 @@ def test_a_missing_asset_is_named() -> None:
         asset("urdf/p4dx.urdf")
 
 
-def test_what_does_not_move_costs_nothing_where_it_overlaps() -> None:
+def test_overlapping_fixed_objects_take_no_time() -> None:
     with World([Prism(rectangle((0.0, 0.0), 2.0, 2.0, 0.0), 0.0, 1.0)], 240) as world:
         for pillar in [world.add_pillar(0.06, 0.85) for _ in range(4)][:2]:
             world.move(pillar, 0.0, 0.0, 0.4)

@@ -1,4 +1,4 @@
-"""``hopslam world``, and what the page of documentation on scenarios lists."""
+"""``hopslam world``, and the list of generators in the documentation."""
 
 import re
 import sys
@@ -28,7 +28,7 @@ def test_every_shipped_scenario_can_be_drawn(
     assert capsys.readouterr().out.startswith(f"{name}: ")
 
 
-def test_a_seed_and_settings_are_heeded(
+def test_a_seed_and_settings_are_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""The things of a world: what they cover, and what they leave open."""
+"""The solids of a world: the area that they cover, and the area that they leave free."""
 
 from typing import Any
 
@@ -48,7 +48,7 @@ def test_a_doorway_is_open_only_at_its_place(at: float, width: float, yaw: float
 
 
 @pytest.mark.parametrize("hinge", ["begin", "end"])
-def test_a_shut_door_closes_the_wall(hinge: str) -> None:
+def test_a_closed_door_closes_the_wall(hinge: str) -> None:
     wall = Wall(points=CORNERED, doors=(Door(at=4.5, width=1.0, angle=0.0, hinge=hinge),))
     assert (free(wall, *sample_path(CORNERED, 0.01)) == 0.0).all()
 
@@ -68,7 +68,7 @@ def test_an_open_leaf_stands_on_the_side_it_opens_to(hinge: str, angle: float, t
     assert free(wall, (1.45, 0.0))[0] == pytest.approx(0.45, abs=0.021)
 
 
-def test_wall_pieces_beside_doors_keep_sense_and_height() -> None:
+def test_wall_pieces_beside_doors_keep_direction_and_height() -> None:
     doors = (Door(at=0.0), Door(at=2.0, angle=2.0), Door(at=4.0, angle=-1.0, hinge="end"))
     prisms = list(Wall(points=CORNERED, height=2.1, doors=doors).prisms())
     assert len(prisms) == 7
@@ -98,7 +98,7 @@ def test_clearance_is_the_distance_to_the_nearest_solid(x: float, y: float) -> N
     assert clearance(np.array([[x, y]]), obstacle_footprints(boxes))[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_table_top_is_not_in_the_way_but_its_legs_are() -> None:
+def test_table_legs_are_obstacles_but_not_the_top() -> None:
     world = World(tables=(Table(center=(0, 0), size=(2, 2, 0.75)),))
     middle, leg = clearance(np.array([[0.0, 0.0], [0.99, 0.99]]), obstacle_footprints(world.prisms()))
     assert middle > 1.0

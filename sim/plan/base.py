@@ -12,7 +12,7 @@ from sim.bumpers import TOUCH, bumper_segment
 from sim.dead_reckoning import Noise, reckon
 from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, switch_on, watch, wheel_speeds
 from sim.plan.footprint import deepest_overlap
-from sim.plan.motors import missing_speeds, rims_after
+from sim.plan.motors import give_of, rims_after
 from sim.random_stream import normal
 from sim.wall_plan import WallPlan, cell_near
 from sim.wheels import TRACK, WHEEL_RADIUS
@@ -55,11 +55,13 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
 def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, float]:
     """Let the motors approach these rim speeds over the physics steps; return the metres that the rims roll."""
     force = (MOTOR_TORQUE if base.cut_for == 0 else DRAG_TORQUE) / WHEEL_RADIUS
-    missing_left, missing_right = missing_speeds(base.rim_left, base.rim_right)
-    left, right = left - missing_left, right - missing_right
+    stands = base.v == 0.0 and base.omega == 0.0
+    give = 0.0 if stands else give_of(base.theta, model.substep)  # PyBullet's creeps where it stands, 1 um/s
     way_left = way_right = 0.0
     for _ in range(model.substeps):
-        base.rim_left, base.rim_right = rims_after(base.rim_left, base.rim_right, left, right, model.substep, force)
+        base.rim_left, base.rim_right = rims_after(
+            base.rim_left, base.rim_right, left, right, model.substep, force, give
+        )
         way_left += base.rim_left * model.substep
         way_right += base.rim_right * model.substep
     return way_left, way_right

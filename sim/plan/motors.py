@@ -6,6 +6,7 @@ that push with F_l and F_r give
     F_l + F_r = m (dv/dt + d omega^2),    (F_r - F_l) b / 2 = I d omega/dt - m d v omega.
 """
 
+from math import cos
 from typing import Final
 
 from sim.wheels import TRACK, WHEEL_RADIUS
@@ -22,34 +23,49 @@ OWN: Final = MASS / 4.0 + INERTIA / TRACK**2 + 0.00475 / WHEEL_RADIUS**2
 CROSS: Final = MASS / 4.0 - INERTIA / TRACK**2
 """Force at a rim per acceleration of the other rim, kg."""
 
-GIVE: Final = 2.5e-5 * WHEEL_RADIUS
-"""Rim speed that PyBullet's solver misses for each N with which turning loads this rim, m/s; measured."""
-OTHER_GIVE: Final = 1.35e-5 * WHEEL_RADIUS
-"""Rim speed that it misses for each N at the other rim, m/s; measured."""
+GIVE: Final = 2.64e-4
+"""Rim speed that PyBullet's solver misses, m/s for each N s with which the motor pushes; measured."""
+LOAD: Final = 0.5
+"""Push that each motor makes in addition, N; measured."""
+
+
+@compiled_on_views
+def give_of(theta: float, seconds: float) -> float:
+    """Return the missing rim speed, m/s for each N with which its motor pushes for ``seconds``, at this heading.
+
+    The solver splits friction along the axes of the map: most is missing if the robot heads along one of them, and
+    nothing halfway between two.
+    """
+    return GIVE * seconds * (1.0 + cos(4.0 * theta))
 
 
 @compiled_on_views
 def rims_after(
-    left: float, right: float, left_target: float, right_target: float, seconds: float, force: float
+    left: float, right: float, left_target: float, right_target: float, seconds: float, force: float, give: float
 ) -> tuple[float, float]:
-    """Return the rim speeds after ``seconds``; each motor reaches its target, or pushes with ``force`` at most."""
-    bias_left, bias_right = _pulls_of_turning(left, right)
+    """Return the rim speeds after ``seconds``; each motor reaches its target, or pushes with ``force`` at most.
+
+    ``give`` is the result of ``give_of``; it applies to a motor that is not at its limit.
+    """
+    pull_left, pull_right = _pulls_of_turning(left, right)
     a, b = (left_target - left) / seconds, (right_target - right) / seconds
-    push, other_push = OWN * a + CROSS * b + bias_left, CROSS * a + OWN * b + bias_right
-    if abs(push) <= force and abs(other_push) <= force:
-        return left_target, right_target
-    if abs(push) >= abs(other_push):
-        a, b = _limited(push, b, bias_left, bias_right, force)
-    else:
-        b, a = _limited(other_push, a, bias_right, bias_left, force)
-    return left + a * seconds, right + b * seconds
+    push_left, push_right = OWN * a + CROSS * b + pull_left, CROSS * a + OWN * b + pull_right
+    if abs(push_left) > force or abs(push_right) > force:
+        if abs(push_left) >= abs(push_right):
+            a, b = _limited(push_left, b, pull_left, pull_right, force)
+        else:
+            b, a = _limited(push_right, a, pull_right, pull_left, force)
+        push_left, push_right = OWN * a + CROSS * b + pull_left, CROSS * a + OWN * b + pull_right
+    return (
+        left + a * seconds - _missing(push_left, force, give),
+        right + b * seconds - _missing(push_right, force, give),
+    )
 
 
 @compiled_on_views
-def missing_speeds(left: float, right: float) -> tuple[float, float]:
-    """Return the speeds that PyBullet's solver misses at rims with these speeds."""
-    pull_left, pull_right = _pulls_of_turning(left, right)
-    return GIVE * pull_left + OTHER_GIVE * pull_right, GIVE * pull_right + OTHER_GIVE * pull_left
+def _missing(push: float, force: float, give: float) -> float:
+    """Return the speed that the solver misses at the rim of a motor with this push; 0 at its limit."""
+    return give * (push + LOAD) if abs(push) < 0.999 * force else 0.0
 
 
 @compiled_on_views

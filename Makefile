@@ -84,6 +84,7 @@ docs: .venv/.docs
 pictures: .venv/.run
 	.venv/bin/python docs/draw_architecture.py
 	.venv/bin/python docs/draw_topics.py
+	.venv/bin/python docs/draw_robot.py
 	rm -rf runs/pictures
 	.venv/bin/hopslam world office_loop --out docs/office_loop.png
 	.venv/bin/hopslam world random_office --seed 7 --out docs/random_office.png

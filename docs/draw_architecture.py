@@ -38,7 +38,8 @@ WAYS: Final = {
         "slam.scenario.template:ScenarioTemplate.draw",
         "sim.robot:SimRobot",
         "sim.controller:Controller",
-        "sim.dead_reckoning:reckon",
+        "sim.records:model_of",
+        "sim.controller:Controller.look",
     ),
     "byte": (
         "hardware.serial_port:SerialPort.read",

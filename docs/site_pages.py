@@ -74,7 +74,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files) -> str:
     """Formulas as MathML, which browsers draw by themselves; a picture leads to itself, in its own size.
 
-    Long names in code may be cut into lines behind a dot, a slash, an underscore or an equals sign.
+    Where a phone may end lines of code is marked.
     """
 
     def drawn(match: re.Match[str]) -> str:
@@ -84,8 +84,14 @@ def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files
         return f'<div class="formula">{formula}</div>' if display == "block" else formula
 
     content = PICTURE.sub(r'<a href="\1">\g<0></a>', content)
-    content = INLINE_CODE.sub(lambda match: re.sub(r"(?<=\w[./_=])(?=\w)", "<wbr>", match[0]), content)
+    content = INLINE_CODE.sub(lambda match: breakable(match[0]), content)
     return FORMULA.sub(drawn, content)
+
+
+def breakable(code: str) -> str:
+    """Mark where a line of inline code may end, and the options in it."""
+    code = re.sub(r"(?<=\w[./_=])(?=\w)", "<wbr>", code)
+    return re.sub(r"(?<![\w-])--\w[\w-]*", r'<span class="option">\g<0></span>', code)
 
 
 def on_post_build(config: MkDocsConfig) -> None:
@@ -100,7 +106,7 @@ def root_page(file: str) -> str:
     text = (ROOT / file).read_text().replace("[docs/", "[").replace("](docs/", "](")
     for other, page in ROOT_PAGES.items():
         text = text.replace(f"]({other}", f"]({page}")
-    return text
+    return NAMED_PAGE.sub(r"[\1](\1)", text) if file == "CHANGELOG.md" else text
 
 
 def scenario() -> str:

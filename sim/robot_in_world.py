@@ -57,7 +57,8 @@ class RobotInWorld(ABC):
         movables: Sequence[Movable],
     ) -> None:
         self._rate, self._steps_per_control = rate, rate // robot.control_rate
-        self._controller = controller
+        self.controller = controller
+        """Its firmware, which is the same in every world."""
         self.lidar = SimulatedLidar(surroundings, scenario.lidar, leg_radii, movables)
         self._leg_radii = leg_radii
         self._sonar = SonarRing(surroundings, movables) if robot.sonar else None
@@ -89,7 +90,7 @@ class RobotInWorld(ABC):
 
     def command(self, twist: Twist2D) -> Twist2D:
         """Command a velocity; return it clipped to the limits, which the ramps now approach."""
-        return self._controller.command(twist)
+        return self.controller.command(twist)
 
     @abstractmethod
     def advance(self, controls: int) -> None:
@@ -114,21 +115,21 @@ class RobotInWorld(ABC):
     @property
     def twist(self) -> Twist2D:
         """True velocity of the base."""
-        return self._controller.twist
+        return self.controller.twist
 
     @property
     def odometry(self) -> Pose2D:
         """``T_odom_base`` as reported."""
-        return self._controller.odometry
+        return self.controller.odometry
 
     def mean_twist(self) -> Twist2D:
         """Return the mean velocity since the last call, as reported."""
-        return self._controller.mean_twist(self.time)
+        return self.controller.mean_twist(self.time)
 
     @property
     def stalled(self) -> bool:
         """True while the motors are stalled."""
-        return self._controller.stalled
+        return self.controller.stalled
 
     @abstractmethod
     def read_bumpers(self) -> tuple[bool, tuple[bool, ...]]:

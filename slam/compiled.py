@@ -4,7 +4,7 @@
 # numba's classes are typed only in part.
 
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from typing import Any, Final, TypeVar, cast
 
 import numpy as np
@@ -92,7 +92,8 @@ class _HotLoop(CPUDispatcher):
         with global_compiler_lock:
             if makes_code(self.targetctx):
                 return self._part(sig).entry_point
-            with making_code(self.targetctx):
+            kept = self._cache
+            with making_code(self.targetctx), kept.compiled_once() if isinstance(kept, KeptCode) else nullcontext():
                 return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:

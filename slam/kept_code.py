@@ -4,7 +4,9 @@
 # numba's classes are typed only in part.
 
 import re
+import sys
 from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, Final
@@ -37,6 +39,21 @@ class KeptCode(FunctionCache):
         """Return True if there is a place for this function's code, and no valid code in it."""
         self._look_up_sources()
         return self._enabled and not self._cache_file._load_index()
+
+    @contextmanager
+    def compiled_once(self) -> Iterator[None]:
+        """Let other processes that need the same function wait while the block runs, and then find it kept.
+
+        Without such locks, on Windows and some network drives, two processes may compile the same function.
+        """
+        with ExitStack() as locked:
+            if sys.platform != "win32":
+                import fcntl
+
+                with suppress(OSError):
+                    file = locked.enter_context(Path(f"{self._cache_file._index_path}.lock").open("a"))
+                    fcntl.flock(file, fcntl.LOCK_EX)
+            yield
 
     def _look_up_sources(self) -> None:
         sources: dict[str, Any] = dict(_STAMPS)

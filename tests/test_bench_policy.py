@@ -1,5 +1,7 @@
 """One policy class runs on a batch, on one robot and on devices."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -42,6 +44,16 @@ def test_the_table_includes_the_devices(monkeypatch: pytest.MonkeyPatch) -> None
     table = policy_report.policy_table("ahead", SEEDS, 1, Terminal())
     assert [row[1] for row in table.rows] == ["2", "2", "2", "1", "1", "1"]
     assert all(float(row[2]) > 0.5 for row in table.rows)
+
+
+def test_without_pybullet_the_table_names_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(POLICIES, "ahead", Ahead)
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    table = policy_report.policy_table("ahead", SEEDS, 0, Terminal())
+    assert [row[:2] for row in table.rows] == [
+        ("batch", "2"), ("physics.engine: plan", "2"), ("devices, moved by plan", "0"),
+    ]  # fmt: skip
+    assert "left out: PyBullet; PyBullet, as often as devices; devices, moved by PyBullet." in table.notes
 
 
 def test_a_wrong_policy_is_refused_in_a_line() -> None:

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -189,6 +190,14 @@ def test_a_function_is_cold_until_its_code_is_cached(package: Path) -> None:
     assert output(package, words) == ["False", "2.0"]
     edit(package / "steps.py", "x + 1.0", "x + 3.0")
     assert output(package, words) == ["True", "4.0"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no locks on Windows")
+def test_two_processes_compile_a_function_once(package: Path) -> None:
+    words = "from loops.steps import add_one\nprint(add_one(1.0), sum(add_one.stats.cache_misses.values()))"
+    with ThreadPoolExecutor() as pool:
+        answers = pool.map(lambda _: output(package, words), range(2))
+    assert sorted(answers) == [["2.0", "0"], ["2.0", "1"]]
 
 
 def test_a_literal_is_compiled_as_any_number(package: Path) -> None:

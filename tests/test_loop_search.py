@@ -81,6 +81,8 @@ def test_a_window_is_three_sigmas_up_to_its_maximum() -> None:
     assert (small.places, small.headings) == (6, 8)  # 0.57 m and 0.15 rad, rounded up
     wide = _window(HERE, np.diag([20.0, 9.0, 0.4]) ** 2, 50)
     assert (wide.places, wide.headings) == (round(MOST_WINDOW / PIXEL), round(MOST_ANGLE / HEADING_STEP))
+    turned = _window(HERE, np.diag([0.5, 0.5, 0.6]) ** 2, 50)
+    assert turned.headings == 90  # three sigmas, more than is tried where the heading is known
     around = _window(HERE, np.diag([0.5, 0.5, 2.0]) ** 2, 50)
     assert around.headings * HEADING_STEP == pytest.approx(np.pi, abs=HEADING_STEP)
     np.testing.assert_allclose(small.information, np.diag(np.array([0.19, 0.1, 0.05]) ** -2.0) / 50.0)

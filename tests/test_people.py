@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from sim.gait import legs_at
 from sim.people import People
-from sim.world import World
 from slam.scenario.world_plan import Person
 
 FAR = (100.0, 100.0)
@@ -42,6 +41,8 @@ def test_legs_keep_their_sides_on_a_straight_path(walked: Any) -> None:
 
 
 def walked_by(person: Person, seconds: float, robot: tuple[float, float] = FAR) -> np.ndarray:
+    from sim.world import World  # late: PyBullet
+
     with World([], 240) as world:
         people = People(world, [person])
         for _ in range(round(seconds * 60)):

@@ -17,6 +17,7 @@ from sim.plan.footprint import RADIUS, deepest_overlap
 from sim.plan.motors import INERTIA, MASS, MOMENT, rims_after
 from sim.random_stream import GOLDEN, fill_normal, fill_uniform, mixed
 from sim.robot import SimRobot
+from sim.robot_in_world import robot_in_world
 from sim.wall_plan import cell_near, wall_plan
 from sim.wheels import TRACK, WHEEL_RADIUS
 from slam.odometry import Twist2D
@@ -66,7 +67,7 @@ def test_motors_accelerate_by_newton_within_their_torque(
     left: float, right: float, left_target: float, right_target: float
 ) -> None:
     force, seconds = 12.3, 1.0 / 240.0
-    after = rims_after(left, right, left_target, right_target, seconds, force)
+    after = rims_after(left, right, left_target, right_target, seconds, force, 0.0)
     v, omega = (left + right) / 2.0, (right - left) / TRACK
     a = ((after[0] + after[1]) / 2.0 - v) / seconds
     alpha = ((after[1] - after[0]) / TRACK - omega) / seconds
@@ -105,20 +106,25 @@ ERRORS = {"odometry": {"left_radius": 0.099, "track": 0.34}, "traction": {"slip"
 
 @pytest.mark.parametrize("robot", [{}, ERRORS], ids=["exact", "errors"])
 def test_both_engines_drive_the_same_way(robot: Any) -> None:
-    """Twenty seconds of commands up to the limits; in curves at full speed a motor has not the torque for its ramp."""
+    """A minute of commands up to the limits; in curves at full speed a motor has not the torque for its ramp."""
     rng = np.random.default_rng(4)
-    commands = [Twist2D(rng.uniform(-0.3, 1.2), rng.uniform(-1.5, 1.5)) for _ in range(30)]
-    with SimRobot(scenario("bullet", robot=robot)) as bullet, SimRobot(scenario("plan", robot=robot)) as plan:
-        for k in range(200):
-            applied = [robot.drive(commands[k // 7]) for robot in (bullet, plan)]
-            assert applied[0] == applied[1]
-            one, other = bullet.observe(), plan.observe()
-            assert one is not None
-            assert other is not None
-            assert one.T_map_base.distance(other.T_map_base) < 5e-3
-            assert abs(one.T_map_base.between(other.T_map_base).theta) < np.radians(0.1)
-            assert one.odometry.T_odom_base.distance(other.odometry.T_odom_base) < 5e-3
-            assert one.odometry.twist.linear == pytest.approx(other.odometry.twist.linear, abs=2e-3)
+    scenarios = [scenario(engine, robot=robot) for engine in ("bullet", "plan")]
+    one, other = bodies = [robot_in_world(made, made.robot, made.clock.rate) for made in scenarios]
+    for body in bodies:
+        body.restart(0)
+    for k in range(600):
+        if k % 7 == 0:
+            command = Twist2D(rng.uniform(-0.3, 1.2), rng.uniform(-1.5, 1.5))
+        assert one.command(command) == other.command(command)
+        for body in bodies:
+            body.advance(6)
+        assert one.pose.distance(other.pose) < 2e-3
+        assert abs(one.pose.between(other.pose).theta) < np.radians(0.005)
+        assert np.abs(np.subtract(one.controller.ticks, other.controller.ticks)).max() <= 2
+        assert one.odometry.distance(other.odometry) < 2e-3
+        assert one.mean_twist().linear == pytest.approx(other.mean_twist().linear, abs=2e-3)
+    for body in bodies:
+        body.close()
 
 
 def test_both_engines_see_the_same_from_the_same_pose() -> None:

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from sim.ray_casters import ExactCaster
 from sim.rays import fire_beams
 from sim.wall_plan import CELL, SLACK, outline_edges, wall_plan
-from sim.world import BulletCaster, World
 from sim.z_buffer import ROUGH, rough_bearing, stop_at_legs, stop_at_walls
 from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.solids import Prism, outlines_at, rectangle
@@ -68,6 +67,8 @@ def test_both_casters_agree_within_a_tenth_of_a_millimetre(seed: int) -> None:
     rng = np.random.default_rng(seed)
     bearings = np.concatenate([rng.uniform(-np.pi, np.pi, 3000), np.pi / 2 * np.arange(-2, 2)])
     origins = rng.uniform(-10.0, 10.0, (len(bearings), 2))
+    from sim.world import BulletCaster, World  # late: PyBullet
+
     with World(random_world(rng), 240) as world:
         exact, bullet = ExactCaster(world.prisms, HEIGHT, REACH), BulletCaster(world, HEIGHT, REACH)
         ranges, others = (caster.cast(rays_along(origins, bearings)) for caster in (exact, bullet))
@@ -135,6 +136,8 @@ def test_a_rough_bearing_is_within_its_bound() -> None:
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
 def test_rays_in_an_empty_world_have_no_echo(caster: str) -> None:
+    from sim.world import World
+
     with World([], 240) as world:
         rays = rays_along(np.zeros((2, 2)), np.array([0.0, np.pi / 2]))
         assert world.caster(caster, HEIGHT, REACH).cast(rays).tolist() == [np.inf, np.inf]

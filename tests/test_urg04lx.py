@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from sim.lidar import SimulatedLidar
 from sim.lidar_noise import measure
 from sim.rays import ScanMotion
-from sim.world import World
 from slam.lidars import LIDARS, TABLE1, URG04LX
 from slam.pose import Pose2D
 from slam.scenario.furniture import Table
@@ -23,6 +22,12 @@ ROOM = Plan(walls=(Wall(points=((-2.05, -2.05), (2.05, -2.05), (2.05, 2.05), (-2
 """Four metres square inside."""
 HERE = Place()
 EXACT = LidarConfig(noise="none", rolling=False, mount=HERE)
+
+
+def world_of(plan: Plan) -> Any:
+    from sim.world import World  # late: PyBullet
+
+    return World(plan.prisms(), 240)
 
 
 def rng(seed: int = 0) -> np.random.Generator:
@@ -46,13 +51,13 @@ def room_ranges(T_map_laser: Pose2D, angles: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("pose", [Pose2D(0.0, 0.0, 0.001), Pose2D(0.7, -1.1, 2.3), Pose2D(-1.0, 0.4, -0.8)])
 def test_ranges_in_a_square_room_have_the_closed_form(model: Any, caster: str, pose: Any) -> None:
     config = LidarConfig(model=model, noise="none", caster=caster, mount=HERE)
-    with World(ROOM.prisms(), 240) as world:
+    with world_of(ROOM) as world:
         ranges = SimulatedLidar(world, config).true_ranges(still(pose))
     assert ranges == pytest.approx(room_ranges(pose, config.description.lidar.angles), abs=1e-4)
 
 
 def test_the_scan_carries_its_fan_its_stamp_and_its_sensor() -> None:
-    with World(ROOM.prisms(), 240) as world:
+    with world_of(ROOM) as world:
         scan = SimulatedLidar(world, EXACT).scan(still(Pose2D()), 12.5, rng())
     assert scan.lidar == URG04LX.lidar
     assert scan.stamp == 12.5
@@ -63,7 +68,7 @@ def test_the_scan_carries_its_fan_its_stamp_and_its_sensor() -> None:
 
 def test_a_low_lidar_sees_table_legs_a_high_lidar_the_top() -> None:
     plan = Plan(tables=(Table(center=(2.0, 0.0), size=(1.0, 1.0, 0.7)),))
-    with World(plan.prisms(), 240) as world:
+    with world_of(plan) as world:
         low = SimulatedLidar(world, LidarConfig(height=0.3, mount=HERE)).true_ranges(still(Pose2D()))
         high = SimulatedLidar(world, LidarConfig(height=0.69, mount=HERE)).true_ranges(still(Pose2D()))
     ahead = 384 - 44
@@ -110,7 +115,7 @@ def test_the_noise_is_gaussian_within_the_data_sheet(true: float, bound: float, 
 
 def test_noise_at_the_reach_does_not_bias_the_echo_count() -> None:
     wall = Plan(walls=(Wall(points=((4.145, -9.0), (4.145, 9.0))),))  # its face stands at the reach of 4.095 m
-    with World(wall.prisms(), 240) as world:
+    with world_of(wall) as world:
         lidar = SimulatedLidar(world, LidarConfig(mount=HERE))
         ahead = [np.isfinite(lidar.scan(still(Pose2D()), 0.0, rng(seed)).ranges[340]) for seed in range(300)]
     assert 0.35 < np.mean(ahead) < 0.65

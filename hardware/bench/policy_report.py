@@ -8,10 +8,14 @@ from hardware.bench.policy import make_policy
 from hardware.bench.policy_scores import Score, score_alone, score_in_batch, score_on_devices
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
+from slam.scenario.clock import installed_engine
 
 
 def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) -> ResultTable:
-    """Score a policy in every simulator with these seeds, and on emulated devices with the first ``on_devices``."""
+    """Score a policy in every simulator with these seeds, and on emulated devices with the first ``on_devices``.
+
+    Without PyBullet its rows are left out, and the notes say so.
+    """
     policy = make_policy(name)
     first, rows = seeds[:on_devices], []
     places: dict[str, Callable[[], list[Score]]] = {
@@ -22,6 +26,9 @@ def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) ->
         "devices, moved by plan": lambda: score_on_devices(policy, first, "plan"),
         "devices, moved by PyBullet": lambda: score_on_devices(policy, first, "sim"),
     }
+    left_out = [place for place in places if "PyBullet" in place and installed_engine() == "plan"]
+    for place in left_out:
+        del places[place]
     with console.progress(still=True) as bar:
         for place, score in bar.track(places.items(), len(places), description=name):
             rows.append(_row(place, score()))
@@ -30,6 +37,8 @@ def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) ->
         "The same seeds everywhere. In the batch a robot's seed chooses one of as many worlds; elsewhere it draws its "
         "own. On devices, in real time, rewards, ends and the goal come from SLAM."
     )
+    if left_out:
+        notes += f" PyBullet is not installed (pip install pybullet); left out: {'; '.join(left_out)}."
     return ResultTable(f"The policy {name} in {policy.env_id}", columns, rows, notes)
 
 

@@ -9,6 +9,7 @@ from sim.bench.speed import corridor, env_steps_per_second, reset_times, speed_o
 from sim.bench.stall_drives import CASES, drive, scene, sill, sill_outcome
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
+from slam.pose import Pose2D
 from slam.system import peak_memory
 
 SILLS: Final = range(5, 41)
@@ -66,13 +67,21 @@ def _vector() -> ResultTable:
 def _blocked() -> ResultTable:
     rows = []
     for name, case in CASES.items():
-        driven = drive(scene(**case))
+        driven, planned = (drive(scene(**case, physics={"engine": engine})) for engine in ("bullet", "plan"))
         metres, turn = driven.odometry_after_stall
         late = driven.stalled_at - driven.stood_at
-        rows.append((name, f"{late:.1f}", f"{1e3 * metres:.1f}", f"{degrees(turn):.2f}"))
-    columns = ("blocked by", "stalled after\ns", "odometry then\nmm", "heading then\ndeg")
+        end, other_end = (Pose2D.from_array(made.truth[-1]) for made in (driven, planned))
+        rows.append(
+            (name, f"{late:.1f}", f"{1e3 * metres:.1f}", f"{degrees(turn):.2f}", f"{1e3 * end.distance(other_end):.0f}",
+             f"{abs(degrees(end.between(other_end).theta)):.1f}")
+        )  # fmt: skip
+    columns = (
+        "blocked by", "stalled after\ns", "odometry then\nmm", "heading then\ndeg", "plan ends\nmm away",
+        "plan ends\ndeg away",
+    )  # fmt: skip
     notes = (
-        "A command of 0.3 m/s, held for 10 s more; how far the odometry went after the first scan that said stalled."
+        "A command of 0.3 m/s, held for 10 s more; how far the odometry went after the first scan that said stalled. "
+        "The last columns: how far from PyBullet's robot that of physics.engine: plan ended."
     )
     return ResultTable("A blocked base", columns, rows, notes)
 

@@ -12,7 +12,7 @@ from sim.bumpers import TOUCH, bumper_segment
 from sim.dead_reckoning import Noise, reckon
 from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, switch_on, watch, wheel_speeds
 from sim.plan.footprint import deepest_overlap
-from sim.plan.motors import missing_speeds, rims_after
+from sim.plan.motors import rims_after, solver_compliance
 from sim.random_stream import normal
 from sim.wall_plan import WallPlan, cell_near
 from sim.wheels import TRACK, WHEEL_RADIUS
@@ -55,11 +55,13 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
 def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, float]:
     """Let the motors approach these rim speeds over the physics steps; return the metres that the rims roll."""
     force = (MOTOR_TORQUE if base.off_steps == 0 else DRAG_TORQUE) / WHEEL_RADIUS
-    missing_left, missing_right = missing_speeds(base.rim_left, base.rim_right)
-    left, right = left - missing_left, right - missing_right
+    stands = base.v == 0.0 and base.omega == 0.0  # where PyBullet's robot creeps by 1 um/s, this one does not
+    compliance = 0.0 if stands else solver_compliance(base.theta, model.substep)
     rolled_left = rolled_right = 0.0
     for _ in range(model.substeps):
-        base.rim_left, base.rim_right = rims_after(base.rim_left, base.rim_right, left, right, model.substep, force)
+        base.rim_left, base.rim_right = rims_after(
+            base.rim_left, base.rim_right, left, right, model.substep, force, compliance
+        )
         rolled_left += base.rim_left * model.substep
         rolled_right += base.rim_right * model.substep
     return rolled_left, rolled_right

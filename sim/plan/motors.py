@@ -6,6 +6,7 @@ that push with F_l and F_r give
     F_l + F_r = m (dv/dt + d omega^2),    (F_r - F_l) b / 2 = I d omega/dt - m d v omega.
 """
 
+from math import cos
 from typing import Final
 
 from sim.wheels import TRACK, WHEEL_RADIUS
@@ -22,34 +23,50 @@ OWN: Final = MASS / 4.0 + INERTIA / TRACK**2 + 0.00475 / WHEEL_RADIUS**2
 CROSS: Final = MASS / 4.0 - INERTIA / TRACK**2
 """Force at a rim per acceleration of the other rim, kg."""
 
-GIVE: Final = 2.5e-5 * WHEEL_RADIUS
-"""Shortfall of the rim speed in PyBullet's solver per N of load on this rim in a turn, m/s; measured."""
-OTHER_GIVE: Final = 1.35e-5 * WHEEL_RADIUS
-"""Shortfall of the rim speed per N of load on the other rim, m/s; measured."""
+COMPLIANCE: Final = 2.64e-4
+"""Shortfall of the rim speed in PyBullet's solver per N s of the motor's push, m/s; measured."""
+LOAD: Final = 0.5
+"""Additional push of each motor, N; measured."""
+
+
+@compiled_on_views
+def solver_compliance(theta: float, seconds: float) -> float:
+    """Return the shortfall of the rim speed in PyBullet's solver at this heading, m/s per N of push for ``seconds``.
+
+    The solver splits friction along the axes of the map: the shortfall is largest if the robot heads along one of
+    them, and zero halfway between two.
+    """
+    return COMPLIANCE * seconds * (1.0 + cos(4.0 * theta))
 
 
 @compiled_on_views
 def rims_after(
-    left: float, right: float, left_target: float, right_target: float, seconds: float, force: float
+    left: float, right: float, left_target: float, right_target: float, seconds: float, force: float, compliance: float
 ) -> tuple[float, float]:
-    """Return the rim speeds after ``seconds``; each motor reaches its target, or pushes with ``force`` at most."""
-    bias_left, bias_right = _pulls_of_turning(left, right)
+    """Return the rim speeds after ``seconds``; each motor reaches its target, or pushes with ``force`` at most.
+
+    A motor that is not at its limit misses its target by ``compliance`` for each N of its push: see
+    ``solver_compliance``.
+    """
+    pull_left, pull_right = _pulls_of_turning(left, right)
     a, b = (left_target - left) / seconds, (right_target - right) / seconds
-    push, other_push = OWN * a + CROSS * b + bias_left, CROSS * a + OWN * b + bias_right
-    if abs(push) <= force and abs(other_push) <= force:
-        return left_target, right_target
-    if abs(push) >= abs(other_push):
-        a, b = _limited(push, b, bias_left, bias_right, force)
-    else:
-        b, a = _limited(other_push, a, bias_right, bias_left, force)
-    return left + a * seconds, right + b * seconds
+    push_left, push_right = OWN * a + CROSS * b + pull_left, CROSS * a + OWN * b + pull_right
+    if abs(push_left) > force or abs(push_right) > force:
+        if abs(push_left) >= abs(push_right):
+            a, b = _limited(push_left, b, pull_left, pull_right, force)
+        else:
+            b, a = _limited(push_right, a, pull_right, pull_left, force)
+        push_left, push_right = OWN * a + CROSS * b + pull_left, CROSS * a + OWN * b + pull_right
+    return (
+        left + a * seconds - _missing(push_left, force, compliance),
+        right + b * seconds - _missing(push_right, force, compliance),
+    )
 
 
 @compiled_on_views
-def missing_speeds(left: float, right: float) -> tuple[float, float]:
-    """Return the shortfalls of these rim speeds in PyBullet's solver."""
-    pull_left, pull_right = _pulls_of_turning(left, right)
-    return GIVE * pull_left + OTHER_GIVE * pull_right, GIVE * pull_right + OTHER_GIVE * pull_left
+def _missing(push: float, force: float, compliance: float) -> float:
+    """Return the shortfall of the rim speed at this push of the motor; 0 at the limit ``force``."""
+    return compliance * (push + LOAD) if abs(push) < 0.999 * force else 0.0
 
 
 @compiled_on_views

@@ -56,7 +56,7 @@ class PlanRobot(RobotInWorld):
 
     def _restart(self, odometry_seed: np.random.SeedSequence) -> None:
         start = self._start
-        self._controller.restart()
+        self.controller.restart()
         put_down(self._base, start.x, start.y, start.theta, odometry_seed.generate_state(1, np.uint64)[0])
         self._walked[:, 0], self._walked[:, 1] = self._crowd.starts[0], 0.0
         walk(self._base, self._crowd, 0, 0.0, self._walked, self._positions, self._legs)
@@ -69,7 +69,7 @@ class PlanRobot(RobotInWorld):
         return ScanMotion(path, legs, self._steps_per_control / self._rate)
 
     def roll(self, setpoint: Twist2D, controls: int) -> None:
-        self._controller.set_velocity(setpoint)
+        self.controller.set_velocity(setpoint)
         self._pass(controls, False)
 
     def _pass(self, controls: int, ramps: bool) -> tuple[FloatArray, FloatArray]:

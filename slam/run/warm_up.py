@@ -15,7 +15,7 @@ from slam.lines.wall_runs import wall_runs
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
-from slam.run.loops_warm_up import close_loops, compiled_beside, corridor_ranges
+from slam.run.loops_warm_up import close_loops, compiled_beside, corridor_ranges, refine_walls
 from slam.scan import LaserScan
 
 _PLACES: Final = (*(0.06 * k for k in range(8)), 2.0)
@@ -35,6 +35,8 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
         closes_loops = isinstance(slam.mapper, SubmapMapper)
         with compiled_beside() if closes_loops else nullcontext():
             _run(slam)
+            if closes_loops:
+                refine_walls()  # last in the other process, and by now here
         if closes_loops:
             close_loops(config)
         if search and isinstance(slam.mapper, SurfelMapper):

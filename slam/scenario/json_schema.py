@@ -11,6 +11,7 @@ from typing import Any, Final, TypeGuard
 from pydantic import BaseModel, TypeAdapter
 from pydantic.json_schema import DEFAULT_REF_TEMPLATE, GenerateJsonSchema
 
+from slam.scenario.clock import Physics
 from slam.scenario.random_value import RandomValue
 from slam.scenario.schema import Scenario
 
@@ -62,6 +63,8 @@ class _Documented(GenerateJsonSchema):
 
     def encode_default(self, dft: Any) -> Any:
         encoded = super().encode_default(dft)
+        if isinstance(dft, Physics):
+            return encoded | {"engine": "bullet"}  # also where PyBullet is not installed
         return ".inf" if isinstance(encoded, float) and isinf(encoded) else encoded
 
 

@@ -117,8 +117,6 @@ def is_listening(url: str) -> bool:
 
 def is_port_free(port: int) -> bool:
     """Return True if this port of the loopback interface is free."""
-    with suppress(OSError), socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        probe.bind(("127.0.0.1", port))
+    with suppress(OSError), socket.create_server(("127.0.0.1", port)):
         return True
     return False

@@ -12,7 +12,7 @@ from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.loop_check import Check, KeyMatch
 from slam.graph.loop_finder import LoopFinder
-from slam.graph.loop_search import MOST_ANGLE, MOST_WINDOW, LoopSearch, _second_place, _window, _without
+from slam.graph.loop_search import MAX_ANGLE, MAX_WINDOW, LoopSearch, _second_place, _window, _without
 from slam.graph.submap_graph import SubmapGraph
 from slam.lidars import Lidar
 from slam.lines.chi_square import segments_by_chi_square
@@ -80,7 +80,7 @@ def test_a_window_is_three_sigmas_up_to_its_maximum() -> None:
     small = _window(HERE, np.diag([0.19, 0.1, 0.05]) ** 2, 50)
     assert (small.places, small.headings) == (6, 8)  # 0.57 m and 0.15 rad, rounded up
     wide = _window(HERE, np.diag([20.0, 9.0, 0.4]) ** 2, 50)
-    assert (wide.places, wide.headings) == (round(MOST_WINDOW / PIXEL), round(MOST_ANGLE / HEADING_STEP))
+    assert (wide.places, wide.headings) == (round(MAX_WINDOW / PIXEL), round(MAX_ANGLE / HEADING_STEP))
     turned = _window(HERE, np.diag([0.5, 0.5, 0.6]) ** 2, 50)
     assert turned.headings == 90  # three sigmas, more than is tried where the heading is known
     around = _window(HERE, np.diag([0.5, 0.5, 2.0]) ** 2, 50)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.graph.key_scan import KeyScan
-from slam.graph.odometry_error import FLOOR, GUESS, LEAST, LEAST_STEPS, OdometryError, is_sure, motion_errors
+from slam.graph.odometry_error import FLOOR, GUESS, MIN_SIGMAS, MIN_STEPS, OdometryError, is_sure, motion_errors
 from slam.lidars import TABLE1
 from slam.pose import FloatArray, compose_poses
 
@@ -49,15 +49,15 @@ def test_a_few_wrong_motions_change_little() -> None:
 
 
 def test_wheel_errors_never_become_zero() -> None:
-    np.testing.assert_array_equal(learnt(keys_of(np.tile(MOTION, (50, 1)))), LEAST)
+    np.testing.assert_array_equal(learnt(keys_of(np.tile(MOTION, (50, 1)))), MIN_SIGMAS)
 
 
 def test_too_few_sure_motions_change_nothing() -> None:
     wheels = wheels_of(200, (0.03, 0.02, 0.01))
     along_open = np.diag([1.0, 1e6, 1e6])
-    for keys in (keys_of(wheels[:LEAST_STEPS]), keys_of(wheels, along_open), keys_of(wheels, broken=True)):
+    for keys in (keys_of(wheels[:MIN_STEPS]), keys_of(wheels, along_open), keys_of(wheels, broken=True)):
         np.testing.assert_array_equal(learnt(keys), GUESS)
-    assert (learnt(keys_of(wheels[: LEAST_STEPS + 1])) != GUESS).all()
+    assert (learnt(keys_of(wheels[: MIN_STEPS + 1])) != GUESS).all()
     assert not any(is_sure(key) for key in keys_of(wheels, along_open))
 
 

@@ -49,7 +49,7 @@ def test_episodes_with_slam_end_and_restart() -> None:
     assert ends == ["time", "time"]
     np.testing.assert_allclose(seen["slam_pose"], info["T_map_base"], atol=0.1)
     envs.unwrapped._slam._pool._processes[0].kill()
-    with pytest.raises(RobotError, match="has ended; make the environment anew"):
+    with pytest.raises(RobotError, match="has ended; make a new environment"):
         envs.step(np.zeros((2, 2)))
     envs.close()
 

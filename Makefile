@@ -61,10 +61,8 @@ endif
 lint: .venv/.dev
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
-	.venv/bin/mypy
-	for system in win32 darwin; do \
-	    .venv/bin/mypy --platform $$system --cache-dir .mypy_cache/$$system hopslam sim slam hardware || exit 1; \
-	done
+	printf '%s\n' linux win32 darwin | \
+	    xargs -P 3 -I SYSTEM .venv/bin/mypy --platform SYSTEM --cache-dir .mypy_cache/SYSTEM
 	.venv/bin/lint-imports --no-cache
 
 format: .venv/.dev

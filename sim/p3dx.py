@@ -100,7 +100,7 @@ class P3dx:
         return Pose2D(*self.place)
 
     def contacts(self, near: Iterable[Any]) -> list[Contact]:
-        """Those of the places ``near`` where the body touched anything but the floor."""
+        """Return the contacts among ``near`` in which the body touched anything but the floor."""
         floor, movables = self._world.floor, self._world.movables
         touching = (c for c in near if c[2] != floor and c[8] < TOUCH)
         return [Contact(c[5][0], c[5][1], c[2] in movables) for c in touching]

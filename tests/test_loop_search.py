@@ -65,7 +65,7 @@ def test_a_rotated_second_place_is_a_contradiction(turn: float) -> None:
 
 @given(st.floats(-3.0, 3.0), st.lists(st.floats(-1.0, 1.0), min_size=9, max_size=9))
 def test_an_open_direction_has_no_information(bearing: float, row: list[float]) -> None:
-    """What is left is the information with that place unknown; what it says across and of the heading stays."""
+    """The information of the other directions and of the heading is that with the place along it unknown."""
     spread = np.reshape(row, (3, 3))
     information, d = spread @ spread.T + np.eye(3), np.array([np.cos(bearing), np.sin(bearing), 0.0])
     left = _without(information, d[:2])

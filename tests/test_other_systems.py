@@ -64,7 +64,7 @@ windows_only = pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="th
 
 
 def on_windows(commands: list[list[str]], folder: Path) -> str:
-    """What these commands print on a simulated Windows."""
+    """Return what these commands print on a simulated Windows."""
     (folder / "program.py").write_text(PROGRAM)
     here = Path(__file__).parent
     path = os.pathsep.join([str(here / "windows"), str(here.parent)])

@@ -76,7 +76,7 @@ class P3dx:
 
     @property
     def sonar(self) -> tuple[float, ...]:
-        """Ranges of the transducers of whole rings by their numbers, metres; inf without an echo."""
+        """Sonar ranges in the order of transducer number, padded to complete rings; metres, inf without an echo."""
         rings = -(-(max(self._echoes, default=-1) + 1) // FRONT)
         echoes = (self._echoes.get(number, inf) for number in range(rings * FRONT))
         return tuple(echo if echo < SONAR_REACH else inf for echo in echoes)
@@ -176,7 +176,7 @@ class P3dx:
             self._take(arrival)
 
     def _take(self, arrival: ReceivedPacket) -> None:
-        """Take one packet; damage with a correct checksum is dropped too."""
+        """Process one packet; one that cannot be decoded, although its checksum is correct, is dropped."""
         with suppress(DecodeError), self._lock:
             if is_sip(arrival.data):
                 self._take_sip(arrival.stamp, Sip.decode(arrival.data, self._units))

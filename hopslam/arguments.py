@@ -92,7 +92,7 @@ def checked_number(name: str, given: Any, least: float | None = None, cure: str 
 
 
 class LidarTraits(NamedTuple):
-    """Check the least and greatest range, metres, and the seconds between two beams, 0 if unknown."""
+    """Minimum and maximum range, metres, and time between two beams, seconds, 0 if unknown."""
 
     range_min: float
     range_max: float

@@ -16,7 +16,7 @@ from slam.pose import Pose2D
 
 
 class Localizer:
-    """Localises a robot in a saved map, a Map or the path of one; the robot moves until it is ``sure``.
+    """Localises a robot in a saved map (a Map or its path). Keep driving the robot until ``sure`` is True.
 
     With ``start``, the pose x, y, theta of the robot at its first scan, it is sure from there on. The other arguments
     are those of Slam. ``Estimate.lost`` is True while it is not sure; the covariance is relative to the map.

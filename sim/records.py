@@ -21,11 +21,12 @@ BASE: Final = np.dtype(
         ("ticks_left", "i8"), ("ticks_right", "i8"),  # at the last reading
         ("odom_x", "f8"), ("odom_y", "f8"), ("odom_theta", "f8"),  # T_odom_base
         ("travel_left", "f8"), ("travel_right", "f8"),  # metres rolled by the odometry, since the last report
-        ("straining_steps", "i4"), ("working_steps", "i4"), ("off_steps", "i4"), ("stalled", "i4"),  # firmware.watch
+        # Counters and state of the stall protection, see sim.firmware.watch:
+        ("straining_steps", "i4"), ("working_steps", "i4"), ("off_steps", "i4"), ("stalled", "i4"),
         # Only the kinematic model uses the rest: PyBullet keeps the true state itself.
         ("x", "f8"), ("y", "f8"), ("theta", "f8"),  # T_map_base
         ("collided", "i4"), ("bumpers", "i4"),  # since the last report; one bit per bumper segment
-        ("stream", "u8"),  # of random numbers
+        ("stream", "u8"),  # state of the random number generator
     ],
     align=True,
 )  # fmt: skip
@@ -52,9 +53,10 @@ def model_of(config: RobotConfig, physics_rate: int) -> NDArray[Any]:
     """Make the record, (1,), of this robot; the motors are simulated ``physics_rate`` times a second.
 
     The motors turn the robot's wheels, and the encoders count them. Slip and scrub scale their motion before it reaches
-    the simulated wheels, which have no error. With slip s and scrub k = TRACK / effective_track, both the mean of the
-    two simulated wheels is (1 - s) and their difference (1 - s) k times that of the robot's: a simulated wheel turns by
-    ``same`` times its own and ``other`` times the other's motion. ``same_back`` and ``other_back`` are the inverse.
+    the simulated wheels, which have no error. With slip s and scrub k = TRACK / effective_track, the simulated
+    wheels have (1 - s) times the mean motion of the robot's wheels, and (1 - s) k times their difference: a simulated
+    wheel turns by ``same`` times its own and ``other`` times the other's motion. ``same_inverse`` and
+    ``-other_inverse`` are the entries of the inverse matrix.
     """
     limits, believed, traction, rate = config.limits, config.odometry, config.traction, config.control_rate
     kept, scrub = 1.0 - traction.slip, TRACK / traction.effective_track

@@ -49,7 +49,7 @@ MAP_CELLS: Final = Limit(50_000_000, "cells", "a square of 1.4 km at 20 cm, whic
 ROS_MAP_CELLS: Final = Limit(20_000_000, "cells", "a square of 220 m at 5 cm, which takes 200 MB")
 PIXELS: Final = Limit(25_000_000, "pixels", "a square of 250 m at 5 cm, which takes 100 MB")
 SOLIDS: Final = Limit(200_000, "rectangles", "a noisy map of a large building has 20,000")
-YAML_SIZE: Final = Limit(256 * 1024, "bytes", "the largest scenario that comes with hopslam has 27,000")
+YAML_SIZE: Final = Limit(256 * 1024, "bytes", "the config.yaml of the largest shipped scenario has 27,000")
 YAML_NODES: Final = Limit(
     100_000, "keys and values, each alias counted with all that it stands for", "a few bytes can stand for gigabytes"
 )

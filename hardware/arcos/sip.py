@@ -98,7 +98,7 @@ class Sip:
     def encode(self, units: ArcosUnits) -> bytes:
         """Return the data of the packet.
 
-        X and y are counted in 16 bits, which readers of 15 and of 12 bits understand.
+        The fields x and y are 16-bit counters; clients that use only the low 15 or 12 bits can decode them too.
         """
         data = bytes([_MOVING if self.moving else _STOPPED])
         data += b"".join((round(v / units.distance) & 0xFFFF).to_bytes(2, "little") for v in (self.x, self.y))

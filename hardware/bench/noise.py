@@ -27,7 +27,7 @@ _REACH: Final = 5.6
 
 @dataclass(frozen=True, slots=True)
 class ByteDamage:
-    """Damages a ``share`` of the bytes, in runs of ``burst``: one bit of each with ``bits``, else any of its bits."""
+    """Corrupts a ``share`` of the bytes, in bursts of ``burst``: one bit per byte if ``bits``, else one or more."""
 
     share: float
     burst: int = 1
@@ -54,7 +54,7 @@ class ReceptionCounts:
     received: int = 0
     """Undamaged messages that were received."""
     wrong: int = 0
-    """Messages from which something wrong was accepted; for scans, ranges."""
+    """Number of wrong messages that were accepted; for scans, the number of wrong ranges that were accepted."""
     beams: float = 0.0
     """Share of all ranges of scans that were received correctly."""
 
@@ -117,7 +117,7 @@ RECEIVERS: Final[dict[str, Callable[[int, ByteDamage], ReceptionCounts]]] = {
 
 
 def _sent(counts: ReceptionCounts, wire: bytes, damage: ByteDamage, rng: np.random.Generator) -> tuple[bytes, bool]:
-    """Return the bytes of a message as they arrive, followed by silence, and True if no byte was hit."""
+    """Count a message that is sent; return its bytes as they arrive, and True if none was damaged."""
     arrived = damage.apply(wire, rng)
     counts.sent += 1
     counts.unharmed += arrived == wire

@@ -23,14 +23,14 @@ class Turn(NamedTuple):
     beams: FloatArray
     """Unit vectors of the beams (2, B)."""
     begin: float
-    """Bearing of the first beam, relative to that of the description."""
+    """Bearing of the first beam, minus the nominal one (``angle_min`` of the lidar), radians."""
     increment: float
     """Seconds from beam to beam."""
 
 
 @compiled_on_views
 def take_scan(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen, scratch: Scratch) -> Turn:
-    """Measure the ranges of one turn into the scratch arrays, and write them in the fan of the lidar's description."""
+    """Simulate one revolution into the scratch arrays; write ``seen.scan`` at the lidar's nominal bearings."""
     base, w = robots.base[i], robots.world[i]
     turn = _next_turn(w, worlds, timing, base, scratch)
     count = len(turn.bearings)

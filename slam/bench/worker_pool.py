@@ -51,13 +51,15 @@ def _as_completed(futures: Iterable["Future[R]"]) -> Iterator["Future[R]"]:
 
 @contextmanager
 def _worker_pool(size: int) -> Iterator[ProcessPoolExecutor]:
-    """Run worker processes for the block. If an error or a signal leaves it, they end at once, even in a job.
+    """Run worker processes while the block runs.
+
+    If an exception or a signal ends the block, the workers are killed at once, even during a job.
 
     Each worker leads a session, so that Ctrl-C reaches the benchmark alone, and holds one end of a pipe. When the
     other end is closed, or this process is gone, the worker kills its group: itself and everything that its job has
     started. It does so on SIGTERM too, which the executor sends to the other workers as soon as one has ended.
     """
-    ends: tuple[Any, Any] = Pipe()  # of a class that depends on the system
+    ends: tuple[Any, Any] = Pipe()  # Any: the class of a pipe end depends on the operating system
     near_end, far_end = ends
     with near_end, far_end, ProcessPoolExecutor(size, initializer=_join_pool, initargs=(near_end, far_end)) as pool:
         try:
@@ -70,7 +72,7 @@ def _worker_pool(size: int) -> Iterator[ProcessPoolExecutor]:
 def _join_pool(near_end: Connection, far_end: Connection) -> None:
     leave_terminal()
     signal.signal(signal.SIGTERM, _kill_group)
-    near_end.close()  # the benchmark's alone, so that its death closes the pipe
+    near_end.close()  # only the benchmark process keeps this end open, so that the pipe closes when it dies
     Thread(target=_end_with, args=(far_end,), daemon=True).start()
 
 
@@ -83,4 +85,4 @@ def _end_with(pipe: Connection) -> None:
 def _kill_group(_number: int = signal.SIGTERM, _frame: FrameType | None = None) -> None:
     if sys.platform != "win32":
         os.killpg(0, signal.SIGKILL)
-    os._exit(1)  # Windows has no groups; what a job has started ends with its standard input
+    os._exit(1)  # Windows has no process groups; child processes of a job exit when their standard input closes

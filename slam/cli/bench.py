@@ -47,7 +47,7 @@ def _bench() -> None:
 
 
 def use_one_thread() -> None:
-    """Let numpy use one thread, if it is not imported yet: its threads wait for each other."""
+    """Limit numpy's BLAS to one thread, as threads would wait for each other; call it before numpy is imported."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 

@@ -49,7 +49,10 @@ Rerun = Annotated[
     ),
 ]
 Ros = Annotated[
-    bool, typer.Option("--ros", help="Publish the run on ROS 2 topics, and obey their commands: see docs/topics.md.")
+    bool,
+    typer.Option(
+        "--ros", help="Publish the run on ROS 2 topics, and obey /cmd_vel where a robot can: see docs/topics.md."
+    ),
 ]
 Foxglove = Annotated[
     bool, typer.Option("--foxglove", help="Serve the same topics to the Foxglove app: see docs/topics.md.")

@@ -18,7 +18,7 @@ _suspensions = 0
 def signal_handler(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int]) -> Iterator[None]:
     """Handle these signals while the block runs; only possible in the main thread.
 
-    The signal of a closed terminal keeps its handler in a program that was started with nohup.
+    SIGHUP stays ignored in a program that was started with nohup.
     """
     with ExitStack() as before:
         if threading.current_thread() is threading.main_thread():

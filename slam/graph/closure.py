@@ -28,7 +28,7 @@ class Closure:
     T_local_submap: FloatArray
     """Pose (3,) at which the last submap begins."""
     covariance: FloatArray
-    """Covariance (3, 3) of that pose, x, y, theta, map frame."""
+    """Covariance (3, 3) of the last submap's pose (x, y, theta) in the map frame."""
     map: SurfelMap
     """All key scans so far."""
     keys: int
@@ -40,7 +40,7 @@ class Closure:
     indices: IntArray
     """(K,): indices of their scans in the run, below 0 for an earlier run."""
     loop_keys: IntArray
-    """(M, 2): scan indices of the two key scans of each loop of the graph, see ``loop_keys``."""
+    """(M, 2): scan indices of the two key scans of each loop of the graph; see ``slam.graph.loop.loop_keys``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class ClosedRun:
     """(M, 2, 2): covariance of offset and direction of each wall in the map; m^2, m rad, rad^2."""
     size: GraphSize
     anchors: PlacedScans = NO_SCANS
-    """Scans of pruned submaps, between which their other scans are interpolated."""
+    """Scans kept of pruned submaps; the poses of the other scans of these submaps are interpolated between them."""
 
     @cached_property
     def indices(self) -> IntArray:
@@ -93,7 +93,8 @@ class ClosedRun:
     def trajectory(self, T_local_base: FloatArray) -> FloatArray:
         """Return ``T_map_base`` (S, 3) of every scan of the run, from the poses of the front end, (S, 3).
 
-        Between two key scans, or anchors, the motion of the front end is attached to both, and blended.
+        Each scan between two key scans (or anchors) is placed from both by the motion of the front end, and the two
+        poses are blended.
         """
         laser = compose_poses(T_local_base, np.broadcast_to(self.T_base_laser, T_local_base.shape))
         placed = PlacedScans(self.indices, self.local, self.poses).with_others(self.anchors).of_this_run()

@@ -28,8 +28,8 @@ class KeyScan:
     bearings: NDArray[np.float32] | None = None
     """(N,): bearings, radians, of a deskewed scan; None for those of the lidar."""
     information: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
-    """(3, 3): covariance of T_local_laser against the submap, in the axes of ``local``; None for the first scan of a
-    submap."""
+    """(3, 3): information of the match to the submap, in the axes of ``local``; 0 in directions that it does not
+    constrain, and for a scan that was placed by odometry alone."""
     share: float = 1.0
     """Share of its facets that agreed with the submap."""
     wheels: FloatArray = field(default_factory=lambda: np.zeros(3))

@@ -15,7 +15,7 @@ from slam.graph.submap import Submap
 from slam.pose import FloatArray
 
 GAP = 2
-"""Step from the number of the last submap of the earlier run to the first new one; no path joins the two."""
+"""Step from the last submap number of the earlier run to the first new one; 2, so that they are not consecutive."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,11 @@
-"""Normal equations of facets that see walls, the walls eliminated.
+"""Normal equations of wall observations (facets matched to walls), reduced to the poses by eliminating the walls.
 
 Facet f of scan k that sees wall m gives the residual r = n_m . (R_k f + t_k - c_m) - o_m, with the normal n_m turned by
-d_m: a wall has an offset o and a turn d, estimated once for all scans that see it. The weight is that of Geman and
-McClure, 1 / (v (1 + r^2 / (kernel^2 + v))^2). A wall near a main direction of the building also has a soft edge to it,
-whose weight depends on the exactness of the building; the main direction itself is free.
+d_m: a wall has an offset o and a turn d, estimated once for all scans that see it. (R_k, t_k) is the pose of scan k,
+and c_m a point on wall m. The weight is that of Geman and McClure, 1 / (v (1 + r^2 / (kernel^2 + v))^2), with the
+variance v of the facet along its normal. A wall near a main direction of the building also has a soft constraint to
+it, whose weight depends on how closely the walls follow the main directions (see ``slam.graph.main_edges``); the main
+direction itself is free.
 
 Eliminating the walls gives S = A - B D^-1 B^T for the poses: A has a block for each pose, D one for each wall, and B
 one for each pair of a wall and a scan that sees it. S is full if many scans see one wall, and is never formed:
@@ -43,7 +45,7 @@ class WallEquations(NamedTuple):
     slack: FloatArray
     """(K,): information of each main direction, its walls eliminated."""
     squares: FloatArray
-    """(M, 2): weighted sum of the squared residuals of each wall, m^2, and of the weights."""
+    """(M, 2): for each wall, the sum of w r^2 (dimensionless), and the sum of the weights w, m^-2."""
 
     def apply(self, poses: FloatArray) -> FloatArray:
         """Return S times a vector (N, 3)."""
@@ -130,7 +132,7 @@ def _linearized(
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the nodes of the pairs and the linearised equations of pairs and walls.
 
-    These are B, A, the gradient by the poses (N, 3), D, the gradient by the walls (M, 2), and the squares (M, 2).
+    These are B, A, the gradient w.r.t. the poses (N, 3), D, the gradient w.r.t. the walls (M, 2), and squares (M, 2).
     """
     seen_by, coupling = np.empty(begins[-1], np.int64), np.zeros((begins[-1], 3, 2))
     blocks, gradient = np.zeros((count, 3, 3)), np.zeros((count, 3))

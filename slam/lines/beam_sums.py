@@ -17,7 +17,7 @@ from slam.scan import BEARING, COS, SIN
 Q, X, Y, XX, XY, YY = range(6)
 """Columns of the sums (N + 1, 6): q, q x, q y, q x^2, q x y and q y^2, summed over all points before each index."""
 SUMS = 6
-GAP = 0.05  # metres; a longer jump, beyond six beam spacings and three sigmas in addition, separates two walls
+GAP = 0.05  # metres; a jump above GAP + 6 beam spacings + 3 sigma separates two walls
 GAP_SPACINGS = 6.0
 GAP_SIGMAS = 3.0
 

@@ -7,7 +7,7 @@ from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
 from slam.mapping.surfel_grid import ALIVE, FREE, HITS, MISSES, NX, NY, Grid, X, Y
 from slam.pose import FloatArray
 
-EDGE_ON_COSINE = 0.35  # least cosine of incidence at which a beam can pass a surfel
+EDGE_ON_COSINE = 0.35  # cosine of incidence below which a passing beam does not count as a miss
 FORGIVEN_MISSES = 2.0  # misses that a surfel may have beyond those allowed by its hits
 MIN_DISTANCE = 0.1  # metres: nearer surfels are not checked
 
@@ -47,7 +47,7 @@ def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: 
 
 @compiled_on_views
 def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> int:
-    """Count the surfels, seen at least twice, that the beams passed, as in ``carve``, without counting misses."""
+    """Return the number of surfels with two or more hits that the beams passed (as in ``carve``); change no surfel."""
     count = 0
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
     for row in range(low_row, high_row):
@@ -73,7 +73,7 @@ def cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, 
 
 @compiled_on_views
 def _seen_through(surfels: FloatArray, k: int, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> bool:
-    """Return True if the beam towards the surfel ``k`` and both its neighbours went farther."""
+    """Return True if the beam towards surfel ``k`` and the two adjacent beams all went farther than it."""
     ranges = beams.ranges
     dx, dy = surfels[k, X] - pose[0], surfels[k, Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)

@@ -8,7 +8,7 @@ from slam.mapping.surfel_grid import ALIVE, AXIS, BORN, FREE, HITS, INFORMATION,
 from slam.pose import FloatArray
 
 JOIN_COSINE = 0.8  # least cosine between the normals of a surfel and of a facet that joins it
-GAP_INFORMATION = 0.25  # information of a piece of wall between two beams, over that of a piece with beams
+GAP_INFORMATION = 0.25  # ratio of the information of an interpolated wall piece to that of an observed one
 NOISE_MISS = 0.1  # misses of an uncertain surfel when something else was seen in its cell
 
 
@@ -38,7 +38,7 @@ def put(grid: Grid, facets: FloatArray, pose: FloatArray, gate: float, max_hits:
 def _put_one(
     grid: Grid, x: float, y: float, nx: float, ny: float, information: float, gate: float, max_hits: float
 ) -> None:
-    """Merge into the nearest surfel of the cell that faces this way, or make a new one."""
+    """Merge a point with normal into the nearest surfel of its cell with a similar normal, or add one."""
     row, column = int(np.floor(y / grid.cell)) - grid.corner[0], int(np.floor(x / grid.cell)) - grid.corner[1]
     first = grid.head[row, column]
     nearest = _nearest(grid, first, x, y, nx, ny, gate)
@@ -87,7 +87,7 @@ def _take_row(grid: Grid) -> int:
 
 @compiled_on_views
 def _count_noise(grid: Grid, first: int, seen: int, nx: float, ny: float, max_hits: float) -> None:
-    """Count misses of uncertain surfels of a cell that should have been seen with ``seen``.
+    """Add NOISE_MISS to each other uncertain surfel of the cell that faces the same side as the observed one, ``seen``.
 
     One that is hit less than a tenth as often as its neighbour is noise. Otherwise noise would accumulate along every
     wall during a long run.

@@ -16,7 +16,7 @@ from slam.scan import LaserScan
 class OwnMapper:
     """Calls the user's matcher, and checks its results.
 
-    InputError, of one line with its name, if it cannot be made, is not a matcher, raises, or returns no Match.
+    Raises a one-line InputError naming the matcher if it cannot be created, lacks a part, raises or returns no Match.
     """
 
     def __init__(self, config: OwnMethod, T_base_laser: Pose2D, seed: int) -> None:
@@ -58,7 +58,7 @@ class OwnMapper:
 
 
 class OwnPoints:
-    """The part of the map that can be shown as points; InputError if that fails."""
+    """The points of the user's map, for display; InputError if they are missing or their shape is wrong."""
 
     def __init__(self, place: str, part: Any) -> None:
         expect_parts(place, part, ("points", "__len__"), "set of points")
@@ -74,7 +74,7 @@ class OwnPoints:
 
 
 class OwnLines:
-    """The part of the map that can be shown as lines; InputError if that fails."""
+    """The lines of the user's map, for display; InputError if they are missing or their shape is wrong."""
 
     def __init__(self, place: str, part: Any) -> None:
         expect_parts(place, part, ("ends",), "set of lines")

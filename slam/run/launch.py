@@ -1,4 +1,4 @@
-"""Runs for a command or a program: set up, executed, and returned as values."""
+"""Functions that set up and execute a run and return its results; used by the CLI and by Python programs."""
 
 from pathlib import Path
 from typing import Any, Literal
@@ -96,10 +96,11 @@ def replay(
 ) -> Run:
     """Map a recorded log, bag or run folder, as ``hopslam replay`` does.
 
-    The settings of the method are those of ``scenario``, by default the run's own or ``replay``. With ``saved_map``
-    mapping continues in that map, from the pose that the robot finds or, with ``start="saved"``, from the end of the
-    other run. ``scan_topic`` and ``odom_topic`` choose topics of a bag. ScansLost if most scans of the log cannot be
-    used, unless ``lenient``. All other arguments and errors are those of ``run``.
+    The settings of SLAM come from ``scenario``, by default from the recorded run's own scenario, or from ``replay`` for
+    a log or a bag. With ``saved_map`` mapping continues in that map, from the pose that the robot finds or, with
+    ``start="saved"``, from the end of the other run. ``scan_topic`` and ``odom_topic`` choose topics of a bag.
+    ScansLost if most scans of the log cannot be used, unless ``lenient``. All other arguments and errors are those of
+    ``run``.
     """
     console = console or Terminal(quiet=True)
     topics = BagTopics(scan_topic, odom_topic)

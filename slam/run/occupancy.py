@@ -22,7 +22,7 @@ CELL: Final = 0.05
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """Cells of a ``nav_msgs/OccupancyGrid``."""
 _HIT_SHARE: Final = 0.25
-"""Least share of the beams that reached a cell and ended there for it to count as occupied, as in GMapping."""
+"""A cell is occupied if at least this share of the beams that reached it ended in it, as in GMapping."""
 
 
 @compiled

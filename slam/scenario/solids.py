@@ -45,7 +45,7 @@ def rectangle(center: Point, length: float, width: float, yaw: float) -> FloatAr
 
 
 def disc(center: Point, radius: float) -> FloatArray:
-    """Make a regular polygon (N, 2), counter-clockwise, in a circle, less than 1 mm inside it everywhere."""
+    """Make a regular polygon (N, 2) inscribed in a circle, counter-clockwise; it deviates from it by at most 1 mm."""
     sides = max(8, ceil(pi / acos(max(1.0 - _CHORD / radius, 0.0))))
     angles = np.arange(sides) * (2.0 * pi / sides)
     return radius * unit_vectors(angles) + center

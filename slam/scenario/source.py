@@ -32,7 +32,7 @@ class ScenarioSource:
 
     @property
     def folder(self) -> Path:
-        """Folder of the file that names the ROS map, from which its path starts."""
+        """Folder of the YAML file that names the ROS map; the path of the map is relative to it."""
         return self._file_of(_MAP_FILE).path.parent
 
     @property

@@ -15,12 +15,12 @@ from slam.scenario.yaml_file import KeyPath
 
 
 class _Place(NamedTuple):
-    """Place in the schema of a path."""
+    """Where a key path of the file ends in the schema."""
 
     path: KeyPath
     """The path in the file, without the names of methods that pydantic inserts."""
     section: Any
-    """Annotation of the innermost section, or choice of sections, on it."""
+    """Annotation of the innermost section (or union of sections) along the path."""
     value: Any
     """Annotation of the value at its end."""
     others: dict[str, type[BaseModel]]
@@ -40,7 +40,7 @@ def error_message(error: ErrorDetails, section: type[BaseModel]) -> tuple[KeyPat
     place = _walk(error["loc"], section)
     if error["type"] == "union_tag_invalid":
         return (*place.path, _chooser(place.section)), _reason(error, place)
-    if error["type"] == "missing" and isinstance(error["loc"][-1], int):  # of a list that is too short
+    if error["type"] == "missing" and isinstance(error["loc"][-1], int):  # a missing item: the list is too short
         place = _walk(error["loc"][:-1], section)
         error = error | {"type": "too_short"}
     return place.path, _reason(error, place)
@@ -61,7 +61,7 @@ def _reason(error: ErrorDetails, place: _Place) -> str:
 
 
 def _unknown(key: str, place: _Place) -> str:
-    """Explain an unknown key: another choice of the section has it, own code takes it, or it is misspelt."""
+    """Explain an unknown key: it belongs to another variant of the section, to user code, or is misspelt."""
     if place.section is OwnMethod:
         return f"unknown key; what your own code takes stands under {'.'.join(map(str, place.path[:-1]))}.options"
     names = [name for name, section in place.others.items() if key in section.model_fields and name != OWN]
@@ -111,7 +111,7 @@ def _item(annotation: Any, index: int) -> Any:
 
 
 def _section_in(annotation: Any) -> Any:
-    """Find the section in an annotation such as ``Route`` or ``tuple[Wall, ...]``, a choice of sections, or None."""
+    """Return the section or union in an annotation such as ``Route`` or ``tuple[Wall, ...]``; None if absent."""
     if _choices(annotation) or (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
         return annotation
     return next(filter(None, map(_section_in, get_args(annotation))), None)

@@ -42,7 +42,7 @@ class RayCluster:
         allowed: Sequence[str] = (),
     ) -> None:
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-        os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # its new default, and it would warn
+        os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # the new default of Ray; if unset, Ray warns
         if address == LOCAL:
             os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"  # makes Ray use the loopback interface, on Linux too
         self._ray = import_optional("ray", "cluster")
@@ -77,7 +77,7 @@ class RayCluster:
             yield self._result(task, self._pending.pop(task))
 
     def close(self) -> None:
-        """Cancel all tasks, and leave the cluster; one that was made for this sweep ends."""
+        """Cancel all tasks and disconnect; a cluster that was started for this sweep is shut down."""
         self._ray.shutdown()
         if self._bundle is not None:
             self._bundle.close()
@@ -112,12 +112,12 @@ class RayCluster:
 
 
 def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str], allowed: Sequence[str] = ()) -> str:
-    """Run a job as a task; return JSON of the row, or of the host and its versions if others are expected."""
+    """Run a job as a task; return JSON of its row, or of host and versions if these differ from ``expected``."""
     if version_difference(expected, versions()):
         return json.dumps({"host": platform.node(), "versions": versions()})
     from slam.sweep.run_job import run_job
 
-    os.chdir("/")  # Ray writes the code again if a second node of this machine starts: no folder to run in
+    os.chdir("/")  # a second Ray node on this machine rewrites the working directory, so jobs must not run in it
     return json.dumps({"row": run_job(Job.model_validate_json(job), runs, pictures, allowed)})
 
 

@@ -92,7 +92,7 @@ PARSERS: Final[dict[bytes, Callable[[Sequence[bytes], int], Parsed]]] = {
 
 
 def _check_length(words: Sequence[bytes], length: int) -> None:
-    """The last word, the time of the logger, may be missing: it is not used, and old logs have none."""
+    """Raise BadLine for a wrong number of words; the last one, the logger's time, is optional: old logs have none."""
     if len(words) < length - 1:
         raise BadLine("truncated")
     if len(words) > length:
@@ -127,7 +127,7 @@ def _logged(times: Sequence[bytes]) -> float | None:
 def _sick_fan(beams: int) -> Lidar:
     """Return the fan of an old message, which has the number of beams only: 180 degrees, as in readlog.c.
 
-    With 180 or 360 beams the last of a SICK's 181 or 361 is left out.
+    A log with 180 or 360 beams omits the last of the SICK's 181 or 361 beams.
     """
     steps = beams if beams in (180, 360) else max(beams - 1, 1)
     return Lidar(-pi / 2.0, pi / steps, beams, 0.0, inf, 0.0)
@@ -139,7 +139,7 @@ class CarmenParams(NamedTuple):
     They are the time between two beams, the range limits, and the start of the log in the map; seconds, metres and
     radians.
 
-    If a log has them, a reading of 0 is an error, and ``tv`` and ``rv`` are used.
+    If a log contains these parameters, a range of 0 is an error, and the velocities ``tv`` and ``rv`` are used.
     """
 
     time_increment: float

@@ -20,8 +20,8 @@ def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
     """Make a folder for new files of a run.
 
     If the block ends without an error, one rename makes them valid; then each is put in place, and the ``outdated``
-    ones are removed. If the process is killed after that rename, ``finish_update`` does the rest. Files that were lent
-    to the folder are left out.
+    ones are removed. If the process is killed after that rename, ``finish_update`` does the rest. Links made by
+    ``lend_file`` (symbolic or hard links) are not moved into the folder.
     """
     finish_update(folder)
     clear_drafts(folder)

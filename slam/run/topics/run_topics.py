@@ -20,10 +20,10 @@ _BATTERY_PERIOD: Final = 1.0
 
 
 class RunTopics(SlamTopics):
-    """A watcher that publishes a robot with its SLAM: the transforms before the scan that needs them, with its stamp.
+    """Publishes the robot and its SLAM; the transforms have the stamp of the scan and are sent before it.
 
-    The pose is published as map -> odom, odom -> base_link and base_link -> laser. Dead reckoning has no map: then
-    another SLAM program may publish these topics, and the transform from map.
+    The pose is published as map -> odom, odom -> base_link and base_link -> laser. With dead reckoning only, no map
+    topics and no map -> odom are published; another SLAM node may do that.
     """
 
     def __init__(self, bus: Bus, slam: Estimator, scenario: Scenario, messages: StepMessages) -> None:

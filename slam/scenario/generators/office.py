@@ -21,7 +21,7 @@ _THICKNESS: Final[float] = Wall.model_fields["thickness"].default
 _INTO_ROOM: Final = 1.1
 """Distance that the robot drives into a room on its route, metres."""
 _BESIDE_DOOR: Final = 0.2
-"""Least wall between a door, or its open leaf, and the corner of its room, metres."""
+"""Minimum length of wall between a door (or its open leaf) and the corner of the room, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class OfficeGenerator(Section):
 
     @property
     def _room_front(self) -> float:
-        """Return the y of a row's room behind the corridor's wall, metres."""
+        """Return y of the room-side face of the corridor wall, in the frame of a row, metres."""
         return self.corridor_width / 2.0 + _THICKNESS
 
     def _floors(self, row: RoomRow) -> list[tuple[Point, Point]]:
@@ -132,7 +132,7 @@ class OfficeGenerator(Section):
         return [((min(a[0], b[0]), min(a[1], b[1])), (max(a[0], b[0]), max(a[1], b[1]))) for a, b in corners]
 
     def _walls(self, rows: tuple[RoomRow, RoomRow]) -> tuple[Wall, ...]:
-        """List the walls of each row: with the doors, behind, the partitions; then both ends of the corridor."""
+        """List the front wall (with doors), back wall and partitions of each row, then both ends of the corridor."""
         front, back = self._room_front - _THICKNESS / 2.0, self._room_front + self.room_depth + _THICKNESS / 2.0
         walls = []
         for row in rows:

@@ -15,7 +15,7 @@ from slam.scenario.yaml_file import KeyPath
 
 
 class _Place(NamedTuple):
-    """Where a key path of the file ends in the schema."""
+    """End of a key path of the file in the schema."""
 
     path: KeyPath
     """The path in the file, without the names of methods that pydantic inserts."""

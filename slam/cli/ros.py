@@ -40,7 +40,7 @@ Mount = Annotated[
 ]
 Start = Annotated[
     Literal["search", "saved"],
-    typer.Option(help="Where the robot starts in the map of --map. search: anywhere; saved: at the last pose of the other run."),
+    typer.Option(help="Start in the map of --map; search: anywhere; saved: at the last pose of the other run."),
 ]
 Localize = Annotated[
     bool, typer.Option("--localize", help="Localise the robot in the map of --map, which does not change.")

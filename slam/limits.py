@@ -37,7 +37,7 @@ UNPACKED_AT_ONCE: Final = Limit(
     64 * _MIB, "unpacked bytes", "a small file may unpack to this size, however well it is packed"
 )
 UNPACKED_PER_BYTE: Final = Limit(
-    1_000, "times the packed size", "a scan packs to a fifth of its size, and the scans of a robot that stands to a 300th"
+    1_000, "times the packed size", "a scan packs to a fifth of its size, that of a standing robot to a 300th"
 )
 UNPACKED: Final = Limit(100_000 * _MIB, "unpacked bytes", "a day of a fast lidar, with the pictures of a camera")
 BEAMS: Final = Limit(50_000, "beams a scan", "the finest planar lidars have 25,200")

@@ -26,4 +26,7 @@ def slam_config(settings: SettingsLike) -> SlamConfig:
             raise ScenarioError(
                 f"settings: {shown(setting)} is no setting of the method; write slam.key=value, as in slam.mode=paper"
             )
-    return load_scenario("replay", given).slam
+    try:
+        return load_scenario("replay", given).slam
+    except ScenarioError as error:
+        raise ScenarioError(str(error).replace("--set", "settings", 1)) from error

@@ -52,8 +52,8 @@ class Run:
     def require_success(self, lenient: bool = False) -> None:
         """Raise the error of a run that did not end properly.
 
-        It is its own for one that failed, KeyboardInterrupt for one that was interrupted, and ScansLost if most scans
-        of the log were lost, unless ``lenient``.
+        A failed run has its own error. An interrupted one raises KeyboardInterrupt, and one that lost most scans of its
+        log ScansLost, unless ``lenient``.
         """
         if self.error is not None:
             self.error.add_note(f"what was done is in {self.folder}")

@@ -108,7 +108,7 @@ def is_stalling(left_speed: float, right_speed: float, left_torque: float, right
 
 
 @compiled_in_order
-def watch(base: Any, model: Any, straining: bool) -> bool:
+def update_stall_protection(base: Any, model: Any, straining: bool) -> bool:
     """Count one control step for the stall protection; ``straining`` is the result of ``is_stalling``.
 
     Return True if the motors were switched off or on again; the ramps then start at rest. They are off while

@@ -21,7 +21,7 @@ BASE: Final = np.dtype(
         ("ticks_left", "i8"), ("ticks_right", "i8"),  # at the last reading
         ("odom_x", "f8"), ("odom_y", "f8"), ("odom_theta", "f8"),  # T_odom_base
         ("travel_left", "f8"), ("travel_right", "f8"),  # metres rolled by the odometry, since the last report
-        # Counters and state of the stall protection, see sim.firmware.watch:
+        # Counters and state of the stall protection, see sim.firmware.update_stall_protection:
         ("straining_steps", "i4"), ("working_steps", "i4"), ("off_steps", "i4"), ("stalled", "i4"),
         # Only the kinematic model uses the rest: PyBullet keeps the true state itself.
         ("x", "f8"), ("y", "f8"), ("theta", "f8"),  # T_map_base

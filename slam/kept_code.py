@@ -79,7 +79,7 @@ def _full_name(function: Any) -> str:
 
 
 def _named_values(function: Any) -> Iterator[tuple[str, Any]]:
-    """Return full names and values of the globals in a function's code and annotations, and of modules' attributes."""
+    """Yield full names and values of the globals in a function's code and annotations, and of modules' attributes."""
     names = {name for annotation in function.__annotations__.values() for name in re.findall(r"\w+", str(annotation))}
     names |= _names(function.__code__)
     modules = [value for name in names if isinstance(value := function.__globals__.get(name), ModuleType)]

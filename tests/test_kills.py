@@ -65,7 +65,7 @@ def is_sample(pytestconfig: pytest.Config) -> bool:
 
 
 def call(command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
-    """Exit code of a command in this process, and its lines on standard error that are no warnings."""
+    """Exit code of a command in this process, and its lines on standard error that are not warnings."""
     monkeypatch.setattr(sys, "argv", ["hopslam", *command.split()])
     with pytest.raises(SystemExit) as left:
         main()

@@ -85,5 +85,5 @@ def _informs(echo: str) -> bool:
 
 def _text(line: bytes) -> str:
     if not (line.isascii() and line.decode("ascii").isprintable()):
-        raise DecodeError("characters that are no text")
+        raise DecodeError("characters that are not text")
     return line.decode("ascii")

@@ -29,7 +29,7 @@ _KINDS: Final[dict[NoiseName, int]] = {
 SENSOR: Final = np.dtype(
     [
         ("increment", "f8"),  # seconds from beam to beam
-        ("noise", "i4"), ("near", "f8"), ("near_range", "f8"), ("far", "f8"),  # kind; standard deviations
+        ("noise", "i4"), ("near_sigma", "f8"), ("near_range", "f8"), ("far_sigma_per_metre", "f8"),
         ("dropout", "f8"), ("reflectivity", "f8"), ("sees_legs", "i4"),
     ],
     align=True,

@@ -74,7 +74,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     Coverage casts the beams from the robot's pose: a cell counts whose middle lies in the polygon from the sensor along
     the ends of the beams and back, or that an echo lies in, up to 1 m around the world. A beam without an echo counts
     as far as the sensor reaches, but only among neighbours without one, for lone ones are lost in front of walls too.
-    What the first scan sees is no merit. In every step with a collision `collision_penalty` is taken off.
+    The first scan earns no reward. In every step with a collision `collision_penalty` is taken off.
 
     ## Starting State
     At rest at the scenario's start pose, after the first scan. `reset(seed=k)` decides all noise, and draws the world

@@ -61,7 +61,7 @@ class MapTracking:
         """Return the pose of ``local``: a small correction, or the prior if map and scan disagree."""
         prior = composed(T_map_local, key.T_local_laser)
         fit = solve(key.facets, prior, prior, self._information, grid, self._settings)
-        if fit.inliers < min(AGREEING[0], AGREEING[1] * key.share) * len(key.facets):
+        if fit.inliers < min(AGREEING[0], AGREEING[1] * key.agreeing_share) * len(key.facets):
             return T_map_local
         return undone(fit.pose, key.T_local_laser)
 

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from slam.graph.joined_edges import fused, worn
+from slam.graph.joined_edges import fused, inflated
 from slam.graph.key_scan import KeyScan
 from slam.graph.known_graph import KnownGraph
 from slam.graph.loop import Loop
@@ -51,8 +51,8 @@ class SubmapGraph:
         self.loops: list[Loop] = []
         self.poses: list[FloatArray] = []
         self.ties: dict[tuple[int, int], Edge] = {}
-        """Edges between submaps by way of removed ones, by the numbers of the two."""
-        self.taken = 0
+        """Edges between two submaps, by their numbers, which replace the edges by way of removed submaps."""
+        self.added_count = 0
         """Number of key scans that were added, including removed ones."""
         self._number_of: dict[int, int] = {}
         self._follows: list[bool] = []  # the previous key scan in the list was also taken just before it
@@ -75,7 +75,7 @@ class SubmapGraph:
         """Add a key scan, and the submap that begins with it."""
         number, T_map_local, anew = len(self.keys), self._T_map_local(key), self.begins_with(key)
         pose = composed(T_map_local, key.T_local_laser)
-        self.taken += 1
+        self.added_count += 1
         self._follows.append(not anew)
         self.keys.append(key)
         self.key_nodes.append(self._new_node(pose))  # the first of all is fixed
@@ -101,7 +101,7 @@ class SubmapGraph:
     def add_tie(self, tie: Edge) -> None:
         """Add an edge between two submaps, by their numbers, the lesser first."""
         at = tie.first, tie.second
-        self.ties[at] = fused(worn(self.ties[at], FORGOTTEN), tie) if at in self.ties else tie
+        self.ties[at] = fused(inflated(self.ties[at], FORGOTTEN), tie) if at in self.ties else tie
 
     def tie_edges(self) -> list[Edge]:
         """Return the ties as edges between the nodes of their submaps."""
@@ -149,8 +149,8 @@ class SubmapGraph:
         error, errors, edges = OdometryError.learnt(self.keys, follows), motion_errors(self.keys, follows), []
         for number in np.flatnonzero(follows).tolist():
             before, key = self.keys[number - 1], self.keys[number]
-            measured = between(before.T_local_laser, key.T_local_laser) if key.trust > 0.0 else key.wheels
-            covariance = error.covariance(key.wheels, errors[number])
+            measured = between(before.T_local_laser, key.T_local_laser) if key.trust > 0.0 else key.wheel_motion
+            covariance = error.covariance(key.wheel_motion, errors[number])
             if key.broken:
                 covariance = covariance + np.diag(BREAK_SIGMAS**2)
             information = np.asarray(np.linalg.inv(covariance), np.float64)
@@ -183,7 +183,7 @@ class SubmapGraph:
         """Take over the graph of an earlier run."""
         self.keys, self.key_nodes = list(known.keys), known.graph.key_nodes.tolist()
         self.submaps, self.edges, self.loops, self.ties = known.submaps, known.edges, known.loops, known.ties
-        self.poses, self.taken = known.nodes, len(known.keys)
+        self.poses, self.added_count = known.nodes, len(known.keys)
         self._number_of = {node: number for number, node in enumerate(self.key_nodes)}
         self._follows = [False] * len(self.keys)  # their motion is among the edges
 

@@ -114,7 +114,7 @@ class LearntNoise:
 
     @property
     def noise(self) -> RangeNoise:
-        """Return the most likely noise so far."""
+        """Most likely noise so far."""
         near, far = _most_likely(self.counts @ LOG_LIKELIHOOD)
         near, slope = _size(near), _size(far) / MIDDLE
         return RangeNoise(near, near / slope, slope, ROUGHNESS)

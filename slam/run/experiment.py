@@ -199,7 +199,7 @@ class Experiment:
 
     @property
     def scene(self) -> Scene:
-        """Return the viewer's scene before the first scan."""
+        """Viewer's scene before the first scan."""
         odom = self.T_map_odom or self.slam.T_map_base
         deskew, outlines = self.scenario.slam.deskew, tuple(self.outlines)
         curves = plots(battery=self.notes.get("backend") == "hardware")

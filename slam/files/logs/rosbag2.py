@@ -108,7 +108,7 @@ def _of_file(path: Path) -> Iterator[RawMessage]:
     elif head == _SQLITE:
         yield from _of_database(path)
     else:
-        raise TruncatedFile(path, f"begins with {head!r}, and is no sqlite3 and no MCAP file")
+        raise TruncatedFile(path, f"begins with {head!r}, and is neither an sqlite3 nor an MCAP file")
 
 
 def _of_packed_file(path: Path) -> Iterator[RawMessage]:

@@ -130,14 +130,14 @@ def more_is_better(key: str) -> bool:
 def metrics_fault(metrics: Any) -> str | None:
     """Describe the fault in the content of a ``metrics.json``; None if there is none."""
     if not isinstance(metrics, dict):
-        return f"is no object but {str(metrics)[:20]!r}"
+        return f"is not an object but {str(metrics)[:20]!r}"
     for key, value in metrics.items():
         number = key.removeprefix("closed_").removeprefix("odometry_") in METRICS
         if number and not (value is None or (isinstance(value, int | float) and abs(value) < _LARGEST)):
-            return f"{key}: {str(value)[:20]!r} is no number"
+            return f"{key}: {str(value)[:20]!r} is not a number"
         if key in _TEXTS and not isinstance(value, str):
-            return f"{key}: {str(value)[:20]!r} is no text"
-    return None if _is_date(metrics.get("began")) else f"began: {metrics['began']!r} is no date"
+            return f"{key}: {str(value)[:20]!r} is not text"
+    return None if _is_date(metrics.get("began")) else f"began: {metrics['began']!r} is not a date"
 
 
 def _is_date(text: str | None) -> bool:

@@ -47,7 +47,7 @@ class TopicChoice:
                 console.print(f"Foxglove: open {foxglove.address} in the app")
             yield topics
             if topics.commands.garbage:
-                console.warn(f"/cmd_vel: {topics.commands.garbage} messages were no velocity, and were passed over")
+                console.warn(f"/cmd_vel: {topics.commands.garbage} messages were ignored: they were not velocities")
 
     def _check_pace(self) -> None:
         if self.pace is not None and not self:

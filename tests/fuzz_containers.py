@@ -55,7 +55,7 @@ def damaged(whole: bytes, rng: random.Random) -> bytes:
 def inputs_of(
     name: str, files: dict[str, bytes], count: int, seed: int, most_cuts: int
 ) -> Iterator[tuple[str, str, bytes]]:
-    """Label, file and its bytes: all cuts, or so many of them, and that many damaged files."""
+    """Yield label, file and bytes: at most ``most_cuts`` truncated files, and ``count`` damaged ones."""
     for file, whole in files.items():
         for end in range(0, len(whole), max(len(whole) * len(files) // max(most_cuts, 1), len(whole) // _CUTS, 1)):
             yield f"{name} cut at {end}", file, whole[:end]

@@ -171,7 +171,7 @@ def test_a_command_warns_with_file_line_and_key(
     warnings = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
     assert len(warnings) == 1
     assert warnings[0].startswith(
-        "hopslam: warning: room.yaml:7: route.waypoints.1: the way from (3, -1) to (9, -1) leads"
+        "hopslam: warning: room.yaml:7: route.waypoints.1: the path from (3, -1) to (9, -1) leads"
     )
 
 

@@ -21,7 +21,7 @@ LIDAR = Lidar(-0.5, 0.5, 3, 0.1, 9.0, 0.1)
 KEYS, SUBMAPS = 5, 4
 """Key scans of a submap, a metre apart, and submaps of each of the two ways."""
 JUMP = np.array([3.0, -2.0, 1.0])
-"""Where the front end takes the start to be when it goes there again."""
+"""Pose at which the front end believes the start to be when it returns there."""
 JUMPS = st.builds(lambda x, y, theta: np.array([x, y, theta]), *[st.floats(-3, 3)] * 3)
 
 

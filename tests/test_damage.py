@@ -66,7 +66,7 @@ def test_commands_warn_of_damage_and_continue(run: Path) -> None:
     [
         ("[1]", "is not an object"),
         ('{"scans": "a"}', "'a' is not a number"),
-        ('{"began": "x"}', "no date"),
+        ('{"began": "x"}', "not a date"),
         ("{", "Expec"),
     ],
 )

@@ -89,7 +89,7 @@ def test_the_map_points_are_those_of_the_map(small_log: Path, tmp_path: Path, sc
 
 
 def test_dead_reckoning_starts_at_the_given_pose(tmp_path: Path) -> None:
-    """Not at the origin: it is drawn over the map, and compared with the truth."""
+    """It must not start at the origin, as it is drawn over the map and compared with the truth."""
     scenario = load_scenario("paper_simulation", ["duration=1"])
     folder = scenario_experiment(scenario).run(tmp_path / "run").folder
     (_, odometry), (_, truth) = (read_tum(folder / name) for name in ("odometry.tum", "groundtruth.tum"))

@@ -92,7 +92,7 @@ def seconds_of(name: str, folder: Path, small: Path) -> float:
 
 
 def require_usable(name: str, codes: dict[str, int], folder: Path) -> None:
-    """Whatever was made once is there; a repaired run is whole."""
+    """Check that results written before the kill exist, and that a repaired run is complete."""
     if not codes["repair"]:
         assert not codes["report again"]
         assert not codes["export again"]

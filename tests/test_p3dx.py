@@ -62,7 +62,7 @@ def controller_of(**errors: object) -> Controller:
 
 
 def roll(controller: Controller, left: int, right: int) -> None:
-    """Turn the wheels to so many ticks since the start, and look at them."""
+    """Turn the wheels to these counts of ticks since the start, and read the encoders."""
     angles = np.array([left, right]) * 2.0 * pi / TICKS_PER_TURN
     controller.look((angles[0], 0.0, (), 0.0), (angles[1], 0.0, (), 0.0))
 

@@ -32,7 +32,7 @@ LAPS: Final = 10
 
 
 def rectangle(x: float, y: float, to_x: float, to_y: float) -> FloatArray:
-    """Its four sides, (4, 2, 2)."""
+    """Return the four sides of a rectangle, (4, 2, 2)."""
     corners = np.array([[x, y], [to_x, y], [to_x, to_y], [x, to_y], [x, y]])
     return np.stack([corners[:-1], corners[1:]], axis=1)
 
@@ -45,7 +45,7 @@ SHELVES: Final = np.concatenate([rectangle(0.5, -1, 7.5, -0.6), rectangle(8.6, 0
 
 
 def lap() -> list[Pose2D]:
-    """Along the sides of CORNERS, turning on the spot."""
+    """Drive along the sides of CORNERS, and turn on the spot at the corners."""
     poses = []
     for side, (start, end) in enumerate(zip(CORNERS, np.roll(CORNERS, -1, axis=0), strict=True)):
         length, heading = float(np.hypot(*(end - start))), side * np.pi / 2
@@ -106,13 +106,13 @@ def driven() -> Drive:
 
 @pytest.fixture(scope="module")
 def back_end(driven: Drive) -> BackEnd:
-    """After all laps."""
+    """The back end after all laps."""
     return driven.back_end()
 
 
 @pytest.fixture(scope="module")
 def early(driven: Drive) -> BackEnd:
-    """After five laps."""
+    """The back end after five laps."""
     return driven.back_end(5)
 
 

@@ -27,7 +27,7 @@ from slam.scenario.file import load_scenario
 from tests.rooms import room_plant
 
 REAL = Path(__file__).parents[2] / "shared" / "data" / "real_urg04lx_hokuyoaist.txt"
-"""What a real URG-04LX and hokuyoaist said to each other, as others recorded it."""
+"""Recorded traffic between a real URG-04LX and hokuyoaist."""
 CHUNKS = st.lists(st.binary(min_size=1, max_size=40), max_size=12)
 # Bytes that AriaCoda sends (ArRobotPacketSender), and what they mean.
 ARIA = {
@@ -131,7 +131,7 @@ def test_a_real_sensor_is_listed(real: Path) -> None:
     assert "SERI:H0706400" in listed
     assert "BM: status 02, the laser was on already" in listed
     assert "GD0044072501: scan of 682 ranges, 581 echoes" in listed  # 94 without an echo, 7 errors
-    assert "no whole message" not in listed
+    assert "whole message" not in listed
     assert "damaged" not in listed
 
 

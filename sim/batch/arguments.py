@@ -39,7 +39,7 @@ def read_reset_mask(options: dict[str, Any] | None, count: int) -> NDArray[np.bo
     given = options or {}
     for key in given:
         if key != "reset_mask":
-            raise InputError(f"options: no option {key!r}; a batch has reset_mask alone")
+            raise InputError(f"options: no option {key!r}; the only option of a batch is reset_mask")
     mask = np.asarray(given.get("reset_mask", np.ones(count, np.bool_)))
     if mask.shape != (count,) or mask.dtype != np.bool_:
         raise InputError(f"options: reset_mask: give {count} booleans; these are {mask.shape} of {mask.dtype}")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sim.batch.arguments import check_arguments, read_autoreset_mode, read_commands, read_reset_mask, read_seeds
 from sim.batch.outcomes import TIME, batch_info, endings, reward_terms
-from sim.batch.robots import BatchObservation, make_batch_observation, make_robots
+from sim.batch.robots import Seen, make_robots, make_seen
 from sim.batch.slam_views import SlamViews
 from sim.batch.step import begin_streams, step_robots
 from sim.batch.worlds import timing_of, worlds_of
@@ -91,7 +91,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         self._pool = ThreadPoolExecutor(self._threads) if self._threads > 1 else None
         self._slam = SlamViews(self.config, scenarios, self._timing, self._threads) if slam else None
         self._over = np.ones(num_envs, np.bool_)
-        self._seen: BatchObservation | None = None
+        self._seen: Seen | None = None
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -100,7 +100,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         mask = read_reset_mask(options, self.num_envs)
         self._seed(seed, mask)
         rows: Iterable[Any] = () if self._seen is None else self._seen
-        self._seen = BatchObservation(*map(np.copy, rows)) if self._seen else self._make_seen()
+        self._seen = Seen(*map(np.copy, rows)) if self._seen else self._make_seen()
         self._step(mask, np.zeros_like(mask), np.zeros((self.num_envs, 2)))
         self._over &= ~mask
         terms = reward_terms(self._seen, self.config, mask)
@@ -187,8 +187,8 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         arrays = [*self._robots, *(self._seen or self._make_seen())]
         return sum(rows.nbytes for rows in arrays) / self.num_envs
 
-    def _make_seen(self) -> BatchObservation:
-        return make_batch_observation(self.num_envs, self._worlds, self._timing, self._views, self.config.map_cells)
+    def _make_seen(self) -> Seen:
+        return make_seen(self.num_envs, self._worlds, self._timing, self._views, self.config.map_cells)
 
     def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> None:
         """Start the random streams of these robots; a robot without a seed continues its stream."""

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.batch.robots import BatchObservation, Robots
+from sim.batch.robots import Robots, Seen
 from sim.batch.slam_pool import Arrays, Estimated, ScanOfRobot, SlamPool, SlamTask
 from sim.batch.worlds import Timing
 from slam.closing import Closing
@@ -27,9 +27,7 @@ class SlamViews(Closing):
         self.views: Arrays = {}
         self.info: Arrays = {}
 
-    def update(
-        self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], robots: Robots, seen: BatchObservation
-    ) -> None:
+    def update(self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], robots: Robots, seen: Seen) -> None:
         """Run SLAM on the scans of these robots in this step."""
         answers = self._pool.estimate(list(self._told(begins, goes_on, robots, seen)))
         self.views = _updated(self.views, len(begins), answers, "views")
@@ -44,7 +42,7 @@ class SlamViews(Closing):
         self._pool.close()
 
     def _told(
-        self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], robots: Robots, seen: BatchObservation
+        self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], robots: Robots, seen: Seen
     ) -> Iterator[ScanOfRobot]:
         lidar, config, timing = self._scenario.lidar.description.lidar, self._scenario.lidar, self._timing
         for i in np.flatnonzero(begins | goes_on).tolist():

@@ -86,7 +86,7 @@ def _threads(size: int, seconds: float) -> ResultTable:
         f"By the clock on the wall, the best of {THREAD_ROUNDS} rounds; needs an idle core for each. The last column "
         "is what threads cannot share."
     )
-    columns = ("threads", "steps/s", "x one", "CPU us\na step", "in the main\nthread, %")
+    columns = ("threads", "steps/s", "speed-up", "CPU us\na step", "in the main\nthread, %")
     return ResultTable(f"Threads of a batch of {size}", columns, rows, notes)
 
 

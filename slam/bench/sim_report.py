@@ -71,8 +71,9 @@ def unconstrained_tables(runs: Sequence[tuple[str, int, SimRun]]) -> list[Result
         "heading\nmost, deg", "open",
     )  # fmt: skip
     notes = (
-        "Along the way from the first to the last true place, and across it. Odometer: what odometry's way is off by, "
-        "were its heading right, which is all that is known there; odometry: with its heading as it was."
+        "Errors along the line from the first to the last true position, and across it. Odometer: error along it of "
+        "the distance that odometry measures, with the true heading; only this distance is known there. Odometry: "
+        "error along it with odometry's own heading."
     )
     rows = [(label, *_cells(row)) for label, row in zip(labels, found, strict=True)]
     return [ResultTable("Where the scans leave a direction open", columns, [*rows, *summary], notes)]

@@ -47,7 +47,7 @@ class BackEnd:
 
     def finishes(self, key: KeyScan) -> bool:
         """True for the first key scan that is matched to the next submap."""
-        return not self.graph.begins_with(key) and key.submaps[0] != self.graph.keys[-1].submaps[0]
+        return not self.graph.is_first_of_run(key) and key.submaps[0] != self.graph.keys[-1].submaps[0]
 
     @property
     def size(self) -> GraphSize:

@@ -39,10 +39,11 @@ class Timing:
 
     real_time: bool = False
     known: Mapping[int, int] | None = None
-    """By scan index, the submap whose closure is applied, as in the repeated run."""
+    """Number of the submap whose closure is applied, by scan index, as in the original run."""
 
 
 STEPPED: Final = Timing()
+"""Rule of a stepped run."""
 
 
 class LoopClosing:

@@ -36,8 +36,8 @@ class MapTracking:
     """Tracks the frame ``local`` in the map from key scan to key scan, and finds it again after a break."""
 
     def __init__(self, config: LeastSquaresConfig, map_config: SurfelMapConfig) -> None:
-        shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_way"}
-        self._settings = SolverSettings(**shared, standing_way=0.0)
+        shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_length"}
+        self._settings = SolverSettings(**shared, standing_length=0.0)
         self._information = np.diag(SIGMAS**-2.0)
         self._search = PoseSearch(config.search, map_config.carve_reach, WallHeading(Directions(), enabled=False))
         self._no_echo_reach = map_config.no_echo_reach

@@ -17,7 +17,7 @@ from slam.graph.joined_edges import fused, inverted, joined
 from slam.graph.pose_graph import Edge
 from slam.graph.single_poses import between
 from slam.graph.submap import Submap
-from slam.graph.submap_graph import Left, SubmapGraph
+from slam.graph.submap_graph import Remaining, SubmapGraph
 from slam.pose import FloatArray, wrap_angles
 
 DELAY: Final = 3
@@ -43,7 +43,7 @@ class Pruning:
         self._graph, self._condensed = graph, condensed
         self._redundant: set[int] = set()
 
-    def prune(self, finished: int) -> Left | None:
+    def prune(self, finished: int) -> Remaining | None:
         """Judge the submaps before the last finished one; return what is left if one was removed.
 
         Neighbours share half of their key scans, so that only every other submap would stay.
@@ -92,7 +92,7 @@ class Pruning:
     def _poses(self, keys: Iterable[int]) -> FloatArray:
         return np.array([self._graph.poses[self._graph.key_nodes[number]] for number in keys]).reshape(-1, 3)
 
-    def _take_out(self, number: int) -> Left | None:
+    def _take_out(self, number: int) -> Remaining | None:
         """Replace a submap by ties and anchors, and remove it."""
         graph = self._graph
         edges = _from(number, self._condensed.edges_of(number))

@@ -7,7 +7,7 @@ import numpy as np
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.single_poses import composed
-from slam.graph.submap_graph import Left, SubmapGraph
+from slam.graph.submap_graph import Remaining, SubmapGraph
 from slam.pose import FloatArray
 
 MOVED, FAR = 0.02, 0.1
@@ -52,7 +52,7 @@ class ShownMap:
         self._poses, self._rebuilt = list(self._graph.key_poses()), self._graph.added_count
         return new
 
-    def keep(self, left: Left) -> None:
+    def keep(self, left: Remaining) -> None:
         """Remove what has left the graph."""
         self._poses = [self._poses[key] for key in left.keys]
         self._told = sum(loop < self._told for loop in left.loops)

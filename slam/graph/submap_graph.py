@@ -22,7 +22,7 @@ SUBMAP_SIGMAS: Final = np.array([0.005, 0.005, 0.002])
 LOOP_SIGMAS: Final = np.array([0.02, 0.02, 0.005])
 """Best accuracy of a match to another submap, whose own errors add."""
 ORIGIN_SHARE: Final = 0.1
-"""Share of the first variance: the first key scan of a submap is its origin."""
+"""Factor on the variance of a submap's first key scan, which defines its origin."""
 BREAK_SIGMAS: Final = np.array([0.1, 0.1, 0.1])
 """Standard deviations over a break of the front end, in addition to those of odometry: metres and radians."""
 START_SIGMAS: Final = np.array([0.05, 0.05, 0.02])
@@ -33,7 +33,7 @@ FORGOTTEN: Final = np.array([0.01, 0.01, 0.002])
 uncertainty without bound, as the errors of the map are in all of them."""
 
 
-class Left(NamedTuple):
+class Remaining(NamedTuple):
     """Indices of what was kept when submaps were removed, in ascending order."""
 
     keys: list[int]
@@ -73,7 +73,7 @@ class SubmapGraph:
 
     def add(self, key: KeyScan) -> None:
         """Add a key scan, and the submap that begins with it."""
-        number, T_map_local, anew = len(self.keys), self._T_map_local(key), self.begins_with(key)
+        number, T_map_local, anew = len(self.keys), self._T_map_local(key), self.is_first_of_run(key)
         pose = composed(T_map_local, key.T_local_laser)
         self.added_count += 1
         self._follows.append(not anew)
@@ -89,7 +89,7 @@ class SubmapGraph:
         if anew and number > 0:
             self._join_to_nearest(self.submaps[key.submaps[0]])
 
-    def begins_with(self, key: KeyScan) -> bool:
+    def is_first_of_run(self, key: KeyScan) -> bool:
         """Return True for the first key scan of this run; those before it are of an earlier one."""
         return not self.keys or (self.keys[-1].index < 0 <= key.index)
 
@@ -108,7 +108,7 @@ class SubmapGraph:
         node = {number: submap.node for number, submap in self.submaps.items()}
         return [tie._replace(first=node[tie.first], second=node[tie.second]) for tie in self.ties.values()]
 
-    def remove(self, gone: set[int]) -> Left:
+    def remove(self, gone: set[int]) -> Remaining:
         """Remove submaps, with the key scans that are in no other, and all their edges, loops and ties.
 
         The rest is renumbered, except the submaps.
@@ -132,7 +132,7 @@ class SubmapGraph:
         self.keys[:] = [
             self.keys[k] if left[k] == self.keys[k].submaps else replace(self.keys[k], submaps=left[k]) for k in kept
         ]  # other objects hold this list
-        return Left(kept, loops)
+        return Remaining(kept, loops)
 
     def place_keys(self) -> None:
         """Move the key scans with their submaps."""
@@ -174,7 +174,7 @@ class SubmapGraph:
 
     def _T_map_local(self, key: KeyScan) -> FloatArray:
         """Return ``T_map_local`` of the submap that it was matched to, or of the last one, if it begins a new one."""
-        if self.begins_with(key):
+        if self.is_first_of_run(key):
             return np.zeros(3)
         known = self.submaps.get(key.submaps[0]) or self.submaps[self.keys[-1].submaps[0]]
         return self.correction(known)

@@ -146,7 +146,10 @@ def place_table(results: Sequence[LogResult]) -> ResultTable:
         for result in results
         if (found := result.places) is not None and found.pairs
     ]  # fmt: skip
-    notes = "Share of the pairs of submaps within 4 m, with 12 m of way between, whose true place is among the first."
+    notes = (
+        "Share of the pairs of submaps, at most 4 m apart and at least 12 m apart along the path, whose true place is "
+        "among the first."
+    )
     return ResultTable("Places from walls alone", columns, rows, notes)
 
 

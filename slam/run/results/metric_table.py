@@ -49,7 +49,7 @@ _METRICS: Final = (
         ".1f",
         True,
     ),
-    Metric("right_after_s", "right after", "", "s", "Time until the robot was sure, and right.", ".1f", True),
+    Metric("right_after_s", "right after", "", "s", "Time until the robot was sure of its true pose.", ".1f", True),
     Metric("lost_scans", "lost", "", "scans", "Scans in which the robot was not sure of its pose.", "d", True),
     Metric("odometry_only", "odometry alone", "", "scans", "Matched scans that were rejected.", "d", True),
     Metric(
@@ -74,9 +74,15 @@ _METRICS: Final = (
     Metric(
         "wall_free_air_m", "walls", "in free air", "m", "Mapped length more than 0.1 m from any solid.", ".2f", True
     ),
-    Metric("wall_phantom_m", "walls", "longest phantom", "m", "Longest such piece of one line.", ".2f", True),
+    Metric("wall_phantom_m", "walls", "longest phantom", "m", "Longest piece of one line in free air.", ".2f", True),
     Metric(
-        "wall_doubled_m", "walls", "doubled", "m", "Mapped length in addition to the first line on a wall.", ".2f", True
+        "wall_doubled_m",
+        "walls",
+        "doubled",
+        "m",
+        "Length of lines on a wall beyond the first line.",
+        ".2f",
+        True,
     ),
     Metric("wall_length_error_m", "wall lengths", "median", "m", "Error of the length of a whole wall.", ".3f", True),
     Metric(

@@ -91,7 +91,7 @@ def wheel_speeds(base: Any, model: Any) -> tuple[float, float]:
     """Return the speeds of the simulated wheels, rad/s, for the setpoint and the firmware's wheel radii and track."""
     rim = base.omega * model.track / 2.0
     left, right = (base.v - rim) / model.left_radius, (base.v + rim) / model.right_radius
-    return model.same * left + model.other * right, model.other * left + model.same * right
+    return model.own_gain * left + model.cross_gain * right, model.cross_gain * left + model.own_gain * right
 
 
 @compiled_in_order

@@ -131,7 +131,7 @@ def test_people_who_walk_through_walls_warn() -> None:
 def test_places_and_sizes_in_millimetres_warn() -> None:
     far = room(route={"waypoints": [[2000, 500]]})
     assert keys(far) == ["route.waypoints.0", "route.waypoints.0"]
-    assert "1996 m outside" in next(iter(find_warnings(far)))[1]
+    assert "1996 m away from all solids" in next(iter(find_warnings(far)))[1]
     assert keys(room(robot={"start": {"x": 2500.0}})) == ["robot.start"]
     assert keys(room(world={"boxes": [{"center": [0, 25], "size": [60, 40, 80]}]})) == ["world.boxes.0.size"]
     tall = {"boxes": [{"center": [3, 2], "size": [0.6, 0.4, 800]}], "cylinders": [{"center": [3, 0], "radius": 0.2}]}

@@ -65,26 +65,26 @@ def test_two_correct_loops_agree_whatever_the_drift(jump: FloatArray) -> None:
 def test_a_wrong_loop_is_not_confirmed_by_a_correct_one(off: tuple[float, float, float]) -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
-    assert waiting.borne_out(loop(graph, JUMP, 5, 1, RIGHT), steps_of(graph), []) == []
-    assert waiting.borne_out(loop(graph, JUMP, 6, 2, off), steps_of(graph), []) == []
+    assert waiting.confirmed(loop(graph, JUMP, 5, 1, RIGHT), steps_of(graph), []) == []
+    assert waiting.confirmed(loop(graph, JUMP, 6, 2, off), steps_of(graph), []) == []
 
 
 def test_a_second_loop_confirms_the_first_a_wrong_one_waits() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     right = [loop(graph, JUMP, SUBMAPS + k, k, RIGHT) for k in (1, 2, 3)]
-    assert waiting.borne_out(right[0], steps_of(graph), []) == []
-    assert waiting.borne_out(loop(graph, JUMP, 6, 1, (3.0, 0.0, np.pi)), steps_of(graph), []) == []
-    assert waiting.borne_out(right[1], steps_of(graph), []) == [right[0], right[1]]
-    assert waiting.borne_out(right[2], steps_of(graph), []) == []  # the others wait no more
-    assert waiting.borne_out(loop(graph, JUMP, 4, 0, RIGHT), steps_of(graph), right[:2]) != []
+    assert waiting.confirmed(right[0], steps_of(graph), []) == []
+    assert waiting.confirmed(loop(graph, JUMP, 6, 1, (3.0, 0.0, np.pi)), steps_of(graph), []) == []
+    assert waiting.confirmed(right[1], steps_of(graph), []) == [right[0], right[1]]
+    assert waiting.confirmed(right[2], steps_of(graph), []) == []  # the others wait no more
+    assert waiting.confirmed(loop(graph, JUMP, 4, 0, RIGHT), steps_of(graph), right[:2]) != []
 
 
 def test_two_loops_of_the_same_scans_count_once() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
-    assert waiting.borne_out(loop(graph, JUMP, 5, 1, RIGHT), steps_of(graph), []) == []
-    assert waiting.borne_out(loop(graph, JUMP, 5, 2, RIGHT), steps_of(graph), []) == []
+    assert waiting.confirmed(loop(graph, JUMP, 5, 1, RIGHT), steps_of(graph), []) == []
+    assert waiting.confirmed(loop(graph, JUMP, 5, 2, RIGHT), steps_of(graph), []) == []
 
 
 def test_loops_on_two_sides_of_a_break_are_independent() -> None:
@@ -122,10 +122,10 @@ def test_the_number_of_waiting_loops_is_limited() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     right = loop(graph, JUMP, 5, 1, RIGHT)
-    waiting.borne_out(right, steps_of(graph), [])
+    waiting.confirmed(right, steps_of(graph), [])
     for _ in range(MAX_WAITING):
-        waiting.borne_out(loop(graph, JUMP, 5, 1, (5.0, 0.0, 0.0)), steps_of(graph), [])
-    assert waiting.borne_out(loop(graph, JUMP, 6, 2, RIGHT), steps_of(graph), []) == []
+        waiting.confirmed(loop(graph, JUMP, 5, 1, (5.0, 0.0, 0.0)), steps_of(graph), [])
+    assert waiting.confirmed(loop(graph, JUMP, 6, 2, RIGHT), steps_of(graph), []) == []
 
 
 def test_edges_are_renumbered() -> None:

@@ -54,7 +54,7 @@ def read_seeds(seed: int | Sequence[int | None] | None, count: int) -> tuple[NDA
     if len(seeds) != count:
         raise InputError(f"seed: give one for each of the {count} robots; these are {len(seeds)}")
     if any(one is not None and one < 0 for one in seeds):
-        raise InputError(f"seed: give numbers from 0 on; the least of these is {min(one for one in seeds if one)}")
+        raise InputError(f"seed: give numbers of 0 or more; the least of these is {min(one for one in seeds if one)}")
     return np.array([one or 0 for one in seeds], np.uint64), np.array([one is not None for one in seeds])
 
 

@@ -83,7 +83,7 @@ class Timing(NamedTuple):
     step: float
     """Radians from beam to beam."""
     beams_vary: int
-    """Number of beams by which a turn may differ; only lidars with a full turn vary."""
+    """Largest difference in the number of beams per turn; not 0 only for lidars that measure a full turn."""
     whole_turn: bool
     scan_time: float
     controls_before: int
@@ -95,7 +95,7 @@ class Timing(NamedTuple):
 
 
 def timing_of(scenario: Scenario) -> Timing:
-    """Make them from a scenario."""
+    """Read lidar and clock from a scenario."""
     model, clock = scenario.lidar.description, scenario.clock
     lidar = model.lidar
     reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))

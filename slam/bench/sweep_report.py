@@ -26,9 +26,9 @@ def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTabl
             rows += _rows(name, measured)
     columns = ("executor", "jobs", "runs/s", "speed-up", "least, most", "driver\n% of a core", "overhead\ns a run")
     notes = (
-        f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} turns. Additions alone: what "
-        f"two processes of this machine do of them, in the same turns. Overhead: a worker's time less "
-        f"that in which the robot drives."
+        f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} turns. Additions alone: the "
+        f"speed-up of plain additions in two processes of this machine, in the same turns. Overhead: time of a worker "
+        f"in which the robot does not drive."
     )
     yield ResultTable("Sweeps, one job and two at a time", columns, rows, notes)
     with console.waiting("10,000 rows"):

@@ -20,11 +20,11 @@ LOOP_SIGMAS: Final = np.array([0.15, 0.15, 0.03])
 AGREED: Final = 11.3
 """chi^2 of three degrees of freedom below which two loops agree; 0.99 of correct pairs do."""
 FARTHEST: Final = 0.7
-"""Standard deviation, metres, of the path between two loops above which they cannot be compared."""
+"""Two loops cannot be compared if the path between them has a larger standard deviation than this, metres."""
 MIN_OWN: Final = 3
 """Number of key scans, not in the other loop, that make a loop independent."""
 MAX_WAITING: Final = 30
-"""Most loops that may wait for a confirmation by another one."""
+"""Largest number of loops that wait for confirmation by another one."""
 GRAPH_SHARE: Final = 0.25
 """Factor from the variances of the candidate search to those of the graph."""
 
@@ -83,10 +83,10 @@ class WaitingLoops:
     def __init__(self, graph: SubmapGraph) -> None:
         self._graph, self._waiting = graph, list[Loop]()
 
-    def borne_out(self, loop: Loop, steps: SubmapSteps, believed: Iterable[Loop]) -> list[Loop]:
+    def confirmed(self, loop: Loop, steps: SubmapSteps, believed: Iterable[Loop]) -> list[Loop]:
         """Return the loop and the waiting ones that it agrees with.
 
-        None if it agrees with no other, and then it waits too.
+        A loop that agrees with no other waits too, and the list is empty.
         """
         consistency = Consistency(self._graph, steps, loop)
         partners = [other for other in self._waiting if self._agree(consistency, loop, other)]

@@ -41,7 +41,7 @@ class KeyScan:
 
     @property
     def scan(self) -> LaserScan:
-        """Scan, as far as the map needs it."""
+        """The key scan as a LaserScan, with the fields that the map uses."""
         fan = None
         if self.bearings is not None:
             bearings = self.bearings.astype(np.float64)
@@ -65,7 +65,7 @@ class KeyScan:
         return self.facets.nbytes + self.ranges.nbytes + bearings + 3 * self.information.nbytes
 
 
-def made_of(scan: LaserScan) -> tuple[NDArray[np.float32], Lidar, NDArray[np.float32] | None]:
+def key_scan_fields(scan: LaserScan) -> tuple[NDArray[np.float32], Lidar, NDArray[np.float32] | None]:
     """Return ranges, lidar and bearings of a scan in the form of a key scan."""
     bearings = None if scan.beam_fan is None else scan.bearings.astype(np.float32)
     return scan.ranges.astype(np.float32), scan.lidar, bearings

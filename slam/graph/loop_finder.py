@@ -92,7 +92,7 @@ class LoopFinder:
 
     def _add(self, loop: Loop, doubtful: bool) -> int:
         """Add a loop, a doubtful one only if another confirms it; return the number of added loops."""
-        loops = self._waiting.borne_out(loop, self._condensed.steps(), self._believed()) if doubtful else [loop]
+        loops = self._waiting.confirmed(loop, self._condensed.steps(), self._believed()) if doubtful else [loop]
         for one in loops:
             self._graph.add_loop(renumbered(one, len(self._graph.loops)))
         return len(loops)

@@ -30,11 +30,11 @@ OCTAVE: Final = 4
 BAND: Final = OCTAVE // 2
 """Bins per band."""
 MIDDLE: Final = 2.0 ** (0.5 * BAND / OCTAVE)
-"""Middle of a band over its start."""
+"""Ratio of the middle of a band to its start."""
 BAND_OF_1_M: Final = int(-log2(NEAREST)) * OCTAVE // BAND
 SMALLEST: Final = 2.0**-12
-"""Start of the first bin: metres, from 1 m on shares of the band's start. Smaller differences show the step of the
-ranges and no noise: on a wall straight ahead all ranges are equal."""
+"""Start of the first bin: metres in bands below 1 m, and shares of the band's start in the others. Smaller differences
+show the resolution of the ranges instead of noise: on a wall straight ahead all ranges are equal."""
 SIZES: Final = 9 * OCTAVE
 """Number of bins, up to 1/8. Larger differences are never noise."""
 EDGES: Final = 7 * OCTAVE + 3

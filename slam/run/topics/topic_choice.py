@@ -53,7 +53,7 @@ class TopicChoice:
         if self.pace is not None and not self:
             raise InputError(f"--pace {self.pace:g} is for a run on topics; add --ros or --foxglove")
         if self.pace is not None and not self.pace >= 0.0:
-            raise InputError(f"--pace {self.pace:g}: time does not run back; give a number from 0 on, or inf")
+            raise InputError(f"--pace {self.pace:g}: time does not run backwards; give a number of 0 or more, or inf")
 
 
 def parse_address(given: bool | int | str) -> tuple[str, int]:

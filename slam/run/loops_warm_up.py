@@ -1,9 +1,9 @@
-"""Compiles the hot loops of the back end before a run needs them, the first time in a separate process."""
+"""Compiles the hot loops of matching and of the back end in a process beside the first run on a machine."""
 
 import gc
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -12,8 +12,10 @@ import numpy as np
 from slam.compiled import is_cold
 from slam.config import SlamConfig
 from slam.graph.back_end import BackEnd
+from slam.graph.closed_map import ClosedMap
 from slam.graph.joint_refinement import refine
 from slam.graph.key_scan import KeyScan
+from slam.graph.map_tracking import MapTracking
 from slam.graph.pose_graph import Edge, Edges
 from slam.graph.wall_landmarks import wall_spans
 from slam.lidars import TABLE1
@@ -32,10 +34,18 @@ def corridor_ranges() -> FloatArray:
     return np.where(across < 3.0, across, np.inf)
 
 
+def match_scans(config: SlamConfig) -> None:
+    """Match key scans to a map, after a break too: what every scan needs once its lines are known."""
+    mapper, key = _mapper(config), _key_scan()
+    tracking, closed = MapTracking(mapper.config, mapper.map.config), ClosedMap(mapper.map)
+    for index in range(2):
+        tracking.follow(replace(key, index=index, broken=True), np.zeros(3), closed.map.grid)
+        closed.add(key, np.zeros(3))
+
+
 def close_loops(config: SlamConfig) -> None:
     """Close loops in the back end, with key scans of a corridor that is driven along several times."""
-    mapper = make_mapper(config, Pose2D(), 0)
-    assert isinstance(mapper, SurfelMapper)
+    mapper = _mapper(config)
     back_end, key = BackEnd(mapper.config, mapper.map.config), _key_scan()
     for index in range(_LAPS * _KEYS):
         T_local_laser = np.array([0.3 * (index % _KEYS), 0.0, 0.0])
@@ -51,17 +61,22 @@ def refine_walls() -> None:
 
 
 @contextmanager
-def compiled_beside() -> Iterator[None]:
-    """Compile the back end in another process while the block runs, before the first run on this machine."""
+def compiling_beside() -> Iterator[Callable[[], object]]:
+    """Compile in another process while the block runs, before all is compiled on this machine; ends with the block.
+
+    Yields a function that waits until everything is compiled. A process that needs a function which is being compiled
+    waits for that one alone.
+    """
     process = _started() if is_cold(wall_spans) else None
     try:
-        yield
-        if process is not None:
-            process.wait()
+        yield _at_once if process is None else process.wait
     finally:
         if process is not None:
             process.kill()
             process.wait()
+
+
+def _at_once() -> None: ...
 
 
 def _started() -> "subprocess.Popen[bytes] | None":
@@ -71,6 +86,12 @@ def _started() -> "subprocess.Popen[bytes] | None":
         return subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing)
     except OSError:
         return None
+
+
+def _mapper(config: SlamConfig) -> SurfelMapper:
+    mapper = make_mapper(config, Pose2D(), 0)
+    assert isinstance(mapper, SurfelMapper)
+    return mapper
 
 
 def _key_scan() -> KeyScan:
@@ -88,5 +109,6 @@ def _key_scan() -> KeyScan:
 
 if __name__ == "__main__":
     gc.disable()  # the process ends before its garbage matters
+    match_scans(SlamConfig())
     close_loops(SlamConfig())
     gc.freeze()

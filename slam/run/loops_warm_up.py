@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -13,19 +14,20 @@ from slam.compiled import is_cold
 from slam.config import SlamConfig
 from slam.graph.back_end import BackEnd
 from slam.graph.closed_map import ClosedMap
-from slam.graph.joint_refinement import refine
 from slam.graph.key_scan import KeyScan
 from slam.graph.map_tracking import MapTracking
-from slam.graph.pose_graph import Edge, Edges
 from slam.graph.wall_landmarks import wall_spans
 from slam.lidars import TABLE1
 from slam.lines.facets import COUNT, NY, VARIANCE, X, Y
 from slam.mappers import make_mapper
+from slam.mapping.free_space import count_seen_through
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.pose import FloatArray, Pose2D
 
 _LAPS, _KEYS = 6, 3
 """Number of submaps of the same place, and of key scans in each."""
+_LAST: Final = (count_seen_through, wall_spans)
+"""Hot loops of the search of loops and of the end of a run that are compiled late."""
 
 
 def corridor_ranges() -> FloatArray:
@@ -43,21 +45,17 @@ def match_scans(config: SlamConfig) -> None:
         closed.add(key, np.zeros(3))
 
 
-def close_loops(config: SlamConfig) -> None:
-    """Close loops in the back end, with key scans of a corridor that is driven along several times."""
-    mapper = _mapper(config)
-    back_end, key = BackEnd(mapper.config, mapper.map.config), _key_scan()
-    for index in range(_LAPS * _KEYS):
-        T_local_laser = np.array([0.3 * (index % _KEYS), 0.0, 0.0])
-        back_end.take(replace(key, T_local_laser=T_local_laser, submaps=(index // _KEYS,), index=index))
+def close_loops(config: SlamConfig, keys: int = _KEYS) -> None:
+    """Close loops in the back end, with this many key scans in each submap of a corridor that is driven several times.
+
+    With one key scan a submap has no walls, so that no loop is searched, and only the end of a run is compiled.
+    """
+    mapper, key = _mapper(config), _key_scan()
+    back_end = BackEnd(mapper.config, mapper.map.config)
+    for index in range(_LAPS * keys):
+        T_local_laser = np.array([0.3 * (index % keys), 0.0, 0.0])
+        back_end.take(replace(key, T_local_laser=T_local_laser, submaps=(index // keys,), index=index))
     back_end.finish(np.zeros(3))
-
-
-def refine_walls() -> None:
-    """Refine key scans of the corridor and its walls, which the back end does last."""
-    facets, poses, moved = _key_scan().facets, np.array([[0.3 * k, 0.0, 0.0] for k in range(3)]), [0.3, 0.0, 0.0]
-    edges = Edges.of(Edge(k, k + 1, np.array(moved), 1e4 * np.eye(3)) for k in range(2))
-    refine(poses, edges, np.ones(2), [facets] * 3, np.arange(3))
 
 
 @contextmanager
@@ -67,7 +65,7 @@ def compiling_beside() -> Iterator[Callable[[], object]]:
     Yields a function that waits until everything is compiled. A process that needs a function which is being compiled
     waits for that one alone.
     """
-    process = _started() if is_cold(wall_spans) else None
+    process = _started() if any(is_cold(loop) for loop in _LAST) else None
     try:
         yield _at_once if process is None else process.wait
     finally:

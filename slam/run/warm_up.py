@@ -16,7 +16,7 @@ from slam.lines.wall_runs import wall_runs
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
-from slam.run.loops_warm_up import close_loops, compiling_beside, corridor_ranges, refine_walls
+from slam.run.loops_warm_up import close_loops, compiling_beside, corridor_ranges
 from slam.scan import LaserScan
 
 _PLACES: Final = (*(0.06 * k for k in range(8)), 2.0)
@@ -50,12 +50,13 @@ def warming_up(console: Terminal, config: SlamConfig, search: bool = False, wait
             if search and isinstance(slam.mapper, SurfelMapper):
                 _run(LineLocalizer(config, Pose2D(), slam.mapper.map))
             if finish is not None and wait:
-                refine_walls()  # last in the other process, and by now here
+                close_loops(config, keys=1)  # last in the other process, and by now here
                 finish()
                 close_loops(config)
         taken = perf_counter() - began
         if taken > 2.0:
-            console.print(f"compiled the hot loops in {taken:.0f} s; they are kept for the next run")
+            during = "" if wait else ", and goes on with those of loop closing"
+            console.print(f"compiled the hot loops in {taken:.0f} s{during}; they are kept for the next run")
         yield
 
 

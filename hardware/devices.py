@@ -81,7 +81,7 @@ class RobotDevices:
 
     @property
     def limits(self) -> dict[str, float]:
-        """Return the ages, seconds, above which a command, a scan and odometry are too old to drive on."""
+        """Ages, seconds, above which a command, a scan and odometry are too old to drive on."""
         config = self._config
         scan = max(config.data_timeout, _LOST_SCANS * self.lidar.period)
         return {"command": config.command_timeout, "scan": scan, "odometry": config.data_timeout}

@@ -154,7 +154,7 @@ def _row(name: str, given: Any, cure: str) -> FloatArray:
     try:
         return np.array(array, np.float64)
     except OverflowError as error:
-        raise InputError(f"{name} is no row of numbers; {cure}") from error
+        raise InputError(f"{name} is not a row of numbers; {cure}") from error
 
 
 def _cure_of_shape(name: str, array: Any) -> str:
@@ -170,7 +170,7 @@ def _fault_of_items(items: Any) -> str:
     for k, item in enumerate(items):
         if not _is_number(item):
             return f"[{k}] is {shown(item)}, no number"
-    return " is no row of numbers"
+    return " is not a row of numbers"
 
 
 def _is_number(item: Any) -> bool:

@@ -45,12 +45,12 @@ class Intake:
             raise InputError(f"scan {self._count}: {error}") from error
         self._count, self._odometry = self._count + 1, pose
         self._stamp = None if given.stamp is None else time
-        self._warn_of_nothing(given)
+        self._warn_if_nothing_seen(given)
         scan = given.laser_scan(time)
         T_odom_base = (pose or Pose2D()) @ twist.motion(scan.stamp - time)  # a clockwise scan begins with its last beam
         return scan, Odometry(scan.stamp, T_odom_base, twist), pose is not None
 
-    def _warn_of_nothing(self, scan: Scan) -> None:
+    def _warn_if_nothing_seen(self, scan: Scan) -> None:
         """Warn as long as no scan has had a distance: the caller may have taken the wrong array."""
         self._has_seen = self._has_seen or bool(len(scan.points))
         if not self._has_seen:

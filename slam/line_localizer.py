@@ -56,7 +56,7 @@ class LineLocalizer:
         """True while the pose of the robot is known."""
         self._told: Pose2D | None = None  # T_map_base, given by the user, for the next scan
         self._T_odom_base: Pose2D | None = None
-        self._moved = np.inf  # motion since the last evidence, metres and radians added; the first scan is evidence
+        self._moved = np.inf  # motion since the last evidence, metres plus radians; the first scan is evidence
         self._evidence_at: Pose2D | None = None  # T_map_base of the best hypothesis then
         self._evidence_count = 0  # pieces of evidence since the last search
 
@@ -201,5 +201,5 @@ def _most_evidence_first(hypothesis: PoseHypothesis) -> float:
 
 
 def _size(motion: Pose2D) -> float:
-    """Return the length of a motion, metres and radians added."""
+    """Return the length of a motion, the sum of metres and radians."""
     return motion.distance(Pose2D()) + abs(motion.theta)

@@ -113,7 +113,7 @@ class _Code(JITCodeLibrary):
 
     @cached_property
     def part(self) -> Any:
-        """Return the code of this function alone, which its callers link.
+        """Code of this function alone, which its callers link.
 
         Two of them may contain the same helper of numba's.
         """

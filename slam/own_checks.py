@@ -20,7 +20,8 @@ def expect(place: str, value: Any, kind: type, raises: type[HopslamError] = Inpu
 def expect_parts(place: str, value: Any, names: Sequence[str], kind: str) -> None:
     """Check that a value has the attributes of a ``kind``; InputError lists the missing ones."""
     if missing := [name for name in names if not hasattr(value, name)]:
-        raise InputError(f"{place} is no {kind}: {type_name(value)} has no {', '.join(missing)}; see docs/extend.md")
+        fault = f"{type_name(value)} has no {', '.join(missing)}"
+        raise InputError(f"{place} is not a valid {kind}: {fault}; see docs/extend.md")
 
 
 def type_name(value: Any) -> str:

@@ -100,7 +100,7 @@ def try_scip(lines: tuple[bytes, ...]) -> None:
 
 
 def fuzz_arcos(size: int, seed: int) -> int:
-    """Feed that many bytes; the number of packets found."""
+    """Feed ``size`` bytes; return the number of packets found."""
     rng, decoder, seeds = random.Random(seed), PacketDecoder(), arcos_seeds()
     done = found = 0
     while done < size:
@@ -117,7 +117,7 @@ def fuzz_arcos(size: int, seed: int) -> int:
 
 
 def fuzz_scip(size: int, seed: int) -> int:
-    """Feed that many bytes; the number of answers found."""
+    """Feed ``size`` bytes; return the number of answers found."""
     rng, frames, commands, seeds, done, found = (
         random.Random(seed),
         FrameDecoder(),

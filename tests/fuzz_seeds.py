@@ -60,11 +60,11 @@ class Reader:
     read: Callable[[Path, str], Any]
     """Reads the folder in which that file is damaged in every way that commands do."""
     weight: int = 4
-    """Its share of the inputs."""
+    """Relative number of inputs that this one gets."""
     cuts: bool = True
-    """Its files are small, and are cut at every byte too."""
+    """True if the files are small, so that they are also truncated at every byte."""
     renews: bool = False
-    """Reading changes the folder, which is then made anew."""
+    """True if reading changes the folder, so that it must be made again."""
 
     def make(self, folder: Path) -> Path:
         """The folder with its files."""

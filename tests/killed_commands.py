@@ -58,7 +58,7 @@ def tell_stamps(witness: int) -> None:
 
 
 def end(started: Started, seconds: float, begun: Path | None = None) -> list[float]:
-    """Kill it so many seconds after it began, or after this file is there; the stamps of the scans that it saw."""
+    """Kill the command ``seconds`` after it began or wrote the file ``begun``; return the stamps of its scans."""
     until = time.monotonic() + 120.0
     while begun is not None and not begun.is_file() and time.monotonic() < until and is_running(started.child):
         time.sleep(0.001)

@@ -23,7 +23,7 @@ PNG = b"\x89PNG\r\n"
 
 
 def path(count: int, step: float = 0.05) -> list[Pose2D]:
-    """Through the room, at 0.5 m/s and 0.3 rad/s."""
+    """Drive through the room at 0.5 m/s and up to 0.3 rad/s."""
     poses = [Pose2D(-1.5, -0.5, 0.2)]
     for k in range(count - 1):
         poses.append(poses[-1] @ Pose2D(step, 0.0, 0.6 * step * np.cos(0.1 * k)))

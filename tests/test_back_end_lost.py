@@ -39,7 +39,7 @@ from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="finds processes in /proc")
-KILLED = "the process that closes loops was killed by SIGKILL, as where memory runs out"
+KILLED = "the process that closes loops was killed by SIGKILL; is the memory full?"
 SOON, LATE = 230, 350
 """Scans: the process is there, and it has closed loops."""
 
@@ -103,7 +103,7 @@ def lost_run(lap_log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_front_end_continues_without_its_process(lap_log: Path, lost: tuple[LineSlam, list[Estimate]]) -> None:
-    """Until the loss it does what it does without it; after it, no closure comes and each scan has a pose."""
+    """Until the loss the estimates are those of a complete run; after it, every scan has a pose, but no loop closes."""
     whole = drive(lap_log, None)[1]
     slam, estimates = lost
     told = [bool(estimate.back_end_lost) for estimate in estimates]
@@ -184,7 +184,7 @@ def test_truncated_results_are_dropped() -> None:
         queue: SimpleQueue[Any] = SimpleQueue()
         back_end_process._receive(Dead(whole[:length]), queue)
         got = [queue.get() for _ in range(queue.qsize())]
-        assert got.pop().how == "was killed by SIGKILL, as where memory runs out"
+        assert got.pop().how == "was killed by SIGKILL; is the memory full?"
         assert len(got) == (length >= len(written[0])) + (length >= len(whole))
 
 

@@ -36,7 +36,7 @@ def actions(count: int, steps: int) -> np.ndarray:
 
 @pytest.mark.parametrize("arguments", [{}, {"action": "wheels", "reward": "coverage", "goal_as": "xy"}])
 def test_a_robot_in_the_batch_equals_the_single_robot(arguments: dict[str, object]) -> None:
-    """With wheels that err, and people; noise of the lidar alone comes from another stream."""
+    """The wheels have errors, and people walk. Lidar noise is off, as the batch draws it from another random stream."""
     wheels = ["robot.odometry.left_radius=0.099", "robot.odometry.track=0.34", "robot.traction.slip=0.03"]
     given = {"settings": [PLAN, *QUIET, PEOPLE, *wheels], "collision_penalty": 0.5, "end_on": ()} | arguments
     given["observe"] = ("scan", "odometry", "goal")

@@ -58,7 +58,7 @@ def test_errors_are_those_calculated_by_hand() -> None:
 
 
 def test_relations_are_those_calculated_by_hand(tmp_path: Path) -> None:
-    """From 1 s to 4 s it went 3 m; the relation says 2.9 m and 0.1 rad."""
+    """The trajectory moves 3 m from 1 s to 4 s; the relation says 2.9 m and 0.1 rad."""
     path = tmp_path / "a.relations.gz"
     with gzip.open(path, "wt") as file:
         file.write("1 4 2.9 0 0 0 0 0.1\n2 5 3 0 0 0 0 0\n")
@@ -112,7 +112,7 @@ def test_the_tables_of_the_simulator_are_written() -> None:
 
 
 def test_the_command_of_a_run_repeats_it(tmp_path: Path) -> None:
-    """To the digit that the run's folder keeps."""
+    """The poses agree to the last digit in the run's folder."""
     arguments = "crowded_corridor", 4, ("duration=3", "slam.map.free_margin=0.1")
     run, words = run_scenario(*arguments), shlex.split(repeating_command(*arguments))
     assert CliRunner().invoke(app, [*words[1:], "--out", str(tmp_path / "run")]).exit_code == 0

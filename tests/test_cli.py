@@ -180,7 +180,7 @@ def test_a_log_without_a_scan_is_bad_input(tmp_path: Path, capsys: pytest.Captur
 
 
 def hear_ctrl_c() -> None:
-    """For a child whose parent ignores SIGINT, as a shell does in the background."""
+    """Enable SIGINT in a child whose parent ignores it, as a shell does for background jobs."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 

@@ -46,9 +46,9 @@ PARSED_ONLY = {
 FASTER = {"run": ["--set", "duration=1"], "localize": ["--set", "duration=1"], "animate": ["--seconds", "1"]}
 """Arguments that make a command short."""
 SMALLER = {r"--scan \d+": "--scan 5", r"/tmp/": "tmp/"}
-"""What the small log has, and where it is."""
+"""Replacements in the commands: the small log has few scans, and lies in a folder of the test."""
 NOT_OURS = {"rerun", "ssh", "ray", "export", "ros2", "rviz2"}
-"""The first words of commands that other programs bring."""
+"""First words of the commands of other programs."""
 
 
 @pytest.fixture(scope="module")

@@ -258,7 +258,7 @@ def test_the_documented_command_lets_a_policy_drive(
         (["drive.py", "nowhere.zip"], "no policy nowhere.zip; train.py writes one, and by-hand needs none"),
         (["drive.py", "policy.zip"], "a trained policy needs stable-baselines3: pip install 'hopslam[rl]'"),
         (["drive.py", "policy"], "a trained policy needs stable-baselines3: pip install 'hopslam[rl]'"),
-        (["drive.py", "broken.zip"], "broken.zip is no policy that PPO loads: not a zip file"),
+        (["drive.py", "broken.zip"], "broken.zip is not a policy that PPO loads: not a zip file"),
         (["drive.py", "by-hand", "--set", "duration=x"], "--set: duration: expected a number (got 'x')"),
         (["train.py"], "train.py needs stable-baselines3: pip install 'hopslam[rl]'"),
     ],

@@ -25,7 +25,7 @@ def test_damaged_files_are_read_or_refused(name: str, tmp_path: Path) -> None:
     share = max(INPUTS * reader.weight // sum(other.weight for other in READERS.values()), 1)
     found = feed_all(name, reader, seeds, share, SEED, most_cuts=share)
     assert found.inputs > share
-    assert not found.untamed, f"seed {SEED}: {found.untamed[0]}"
+    assert not found.unexpected, f"seed {SEED}: {found.unexpected[0]}"
 
 
 def test_an_input_is_reproduced_from_its_number() -> None:

@@ -78,7 +78,7 @@ def chain(truth: FloatArray, noise: np.random.Generator | None, sigmas: FloatArr
 
 
 def drive(seed: int | None, step: float = 0.5, walls: FloatArray | None = None) -> Run:
-    """Once around the corridors, looking a little aside; exact without a seed."""
+    """Drive once around the corridors with the lidar turned a little aside; without a seed there is no noise."""
     noise = None if seed is None else np.random.default_rng(seed)
     corners = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [0.0, 6.0], [0.0, 0.0]])
     rows = []

@@ -53,8 +53,8 @@ WITHOUT = drive(0.0, 0.0, 0)
 @pytest.mark.parametrize("turn", [0.0, 0.1, -0.1])
 @pytest.mark.parametrize("direction", np.linspace(-pi, pi, 8, endpoint=False))
 def test_a_jump_of_the_map_does_not_jerk_the_robot(direction: float, turn: float) -> None:
-    """Once at any moment of the way: it arrives, turns no faster than it may, at most half a turn there and half a turn
-    back more than without, and goes at most twice the jump further."""
+    """The map jumps once, at any moment of the drive. The robot still arrives and keeps its limit of turning speed. It
+    turns by at most one turn more than without the jump, and its path is longer by at most twice the jump."""
     for at in range(1, 220, 7):
         driven = drive(direction, turn, at)
         if driven.steps < at:

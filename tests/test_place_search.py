@@ -16,7 +16,7 @@ def drawn() -> Pictures:
 
 
 def some_shifts() -> IntArray:
-    """Some that begin before the picture, some that end behind it."""
+    """Draw shifts, some of which begin before the picture or end behind it."""
     random = np.random.default_rng(1)
     rows_columns = random.integers(-2 * BLOCK * BLOCKS, SIZE + 5, (3, 40, 2))
     return np.concatenate([random.integers(0, 9, (3, 40, 1)), rows_columns], axis=2)

@@ -99,15 +99,15 @@ def test_the_predicted_view_is_the_scan(
     pose = Pose2D(x, y, theta)
     there = view(mapped, scan_of(room, pose, 1), pose)
     assert there.agreeing > 0.2
-    assert there.borne_out > 0.9
+    assert there.supported > 0.9
     elsewhere = view(mapped, scan_of(HALL, Pose2D(), 1), pose)
-    assert elsewhere.borne_out < there.borne_out
+    assert elsewhere.supported < there.supported
 
 
 def test_an_empty_prediction_rejects_nothing(scan_of: Scanner, room: FloatArray) -> None:
     nothing = view(SurfelMap(SlamConfig().map), scan_of(room, Pose2D(), 1), Pose2D())
     assert nothing == View(0.0, 0.0, 0.0)
-    assert nothing.borne_out == 1.0
+    assert nothing.supported == 1.0
 
 
 @given(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))

@@ -306,7 +306,7 @@ def test_a_closed_robot_reports_it() -> None:
 
 
 def test_physics_control_and_scans_divide_one_another() -> None:
-    with pytest.raises(ValidationError, match=r"physics\.rate = 245 is no multiple of robot\.control_rate = 60"):
+    with pytest.raises(ValidationError, match=r"physics\.rate = 245 is not a multiple of robot\.control_rate = 60"):
         scenario(physics={"rate": 245})
     with pytest.raises(ValidationError, match=r"robot\.control_rate = 75 gives 7\.5 control steps"):
         scenario(physics={"rate": 150}, robot={"control_rate": 75})

@@ -30,7 +30,7 @@ def load(policy: str) -> Any:
     try:
         return PPO.load(policy, device="cpu")
     except Exception as error:
-        raise InputError(f"{policy} is no policy that PPO loads: {str(error).partition(chr(10))[0]}") from error
+        raise InputError(f"{policy} is not a policy that PPO loads: {str(error).partition(chr(10))[0]}") from error
 
 
 def drive(

@@ -25,7 +25,7 @@ def explorer(settings: Sequence[str] = COARSE, **robot: object) -> gymnasium.Env
 
 
 def explorers(count: int, offices: int) -> VectorEnv:
-    """So many robots at once, moved without PyBullet, each episode in one of so many offices."""
+    """Make ``count`` robots, moved without PyBullet; each episode takes place in one of ``offices`` offices."""
     batch = {"vectorization_mode": "vector_entry_point", "autoreset_mode": AutoresetMode.SAME_STEP}
     return gymnasium.make_vec(ID, num_envs=count, settings=COARSE, worlds=offices, **TASK, **batch)
 

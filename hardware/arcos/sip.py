@@ -118,7 +118,7 @@ class Sip:
     def decode(cls, data: bytes, units: ArcosUnits) -> Sip:
         """Read the data of a packet; DecodeError for another packet, or one that ends too early."""
         if data[0] not in _IDS:
-            raise DecodeError(f"packet {data[0]:#04x} is no SIP")
+            raise DecodeError(f"packet {data[0]:#04x} is not a SIP")
         reader = FieldReader(data[1:])
         head = (*_position_fields(units), *_motion_fields(units), *_HEAD)
         values: dict[str, Any] = {field.name: reader.take(field) for field in head}

@@ -130,6 +130,6 @@ class EmulatedP3dx:
         self.baud = BAUDS[self.config.host_baud]
 
     def _reset(self) -> None:
-        """Reset all but the odometry as at power-up, with the settings of the FLASH."""
+        """Reset everything except the odometry to its state at power-up, with the settings of the FLASH."""
         self.motors = MotorController(self.config)
         self.reports.reset()

@@ -123,7 +123,7 @@ class EmulatedLidar(Device, Protocol):
         ...
 
     def reboot(self, now: float) -> None:
-        """Restart as after a power failure."""
+        """Simulate a power failure: all state is reset."""
         ...
 
 

@@ -15,7 +15,7 @@ def entries(reply: Reply) -> dict[str, str]:
     """Return the values by their keys; DecodeError for a line of another form. SCIP 1.1 has no semicolons."""
     pairs = [line.decode("latin-1").removesuffix(";").partition(":") for line in reply.lines]
     if not all(colon for _, colon, _ in pairs):
-        raise DecodeError("a line that is no KEY:value")
+        raise DecodeError("a line that is not KEY:value")
     return {key: value for key, _, value in pairs}
 
 

@@ -83,10 +83,10 @@ def _threads(size: int, seconds: float) -> ResultTable:
         for n, (wall, cpu, main) in zip(counts, best, strict=True)
     ]
     notes = (
-        f"By the clock on the wall, the best of {THREAD_ROUNDS} rounds; needs an idle core for each. The last column "
-        "is what threads cannot share."
+        f"Wall time, the best of {THREAD_ROUNDS} rounds; each thread needs an idle core. Last column: share of the CPU "
+        "time that cannot be divided among threads."
     )
-    columns = ("threads", "steps/s", "x one", "CPU us\na step", "in the main\nthread, %")
+    columns = ("threads", "steps/s", "speed-up", "CPU us\na step", "in the main\nthread, %")
     return ResultTable(f"Threads of a batch of {size}", columns, rows, notes)
 
 
@@ -102,7 +102,7 @@ def _slam(sizes: Sequence[int]) -> ResultTable:
         taken = (perf_counter() - began) / SLAM_STEPS / size
         envs.close()
         rows.append((str(size), f"{1.0 / taken:.0f}", f"{1e3 * taken:.2f}"))
-    notes = f"By the clock on the wall, on {usable_cores()} cores, each with a process of its own."
+    notes = f"Wall time on {usable_cores()} cores, each with a process of its own."
     return ResultTable("A batch with SLAM", ("robots", "steps/s", "ms\na step"), rows, notes)
 
 

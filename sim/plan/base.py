@@ -10,7 +10,7 @@ import numpy as np
 
 from sim.bumpers import TOUCH, bumper_segment
 from sim.dead_reckoning import Noise, reckon
-from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, switch_on, watch, wheel_speeds
+from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, switch_on, update_stall_protection, wheel_speeds
 from sim.plan.footprint import deepest_overlap
 from sim.plan.motors import rims_after, solver_compliance
 from sim.random_stream import normal
@@ -47,7 +47,7 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
     base.left += turned * rolled_left / WHEEL_RADIUS
     base.right += turned * rolled_right / WHEEL_RADIUS
     stands = abs(base.rim_left) <= STANDING and abs(base.rim_right) <= STANDING
-    watch(base, model, moved < 1.0 and stands)
+    update_stall_protection(base, model, moved < 1.0 and stands)
     reckon(base, model, _noise(base, model))
 
 

@@ -79,10 +79,11 @@ def localization_table(scenario: Scenario, trials: int, seconds: float, seed: in
         ["", "right", "after, s", "95 %, s", "worst, s", "scans\nwrong", "in map,\nm", "true,\nm", "first,\nms",
          "scan,\nms"],
         [_table_row("set down", relocate), _table_row("moved", moved)],
-        f"The map: {len(world.map)} surfels, by one run whose ATE was {ate:.3f} m. Set down anywhere, then "
-        "moved without being told. Right: at the end sure, and within 0.3 m and 5 deg; after: median of the simulated "
-        "time to the scan since which it was so. Wrong: sure, and not within. In map: rmse of these scans against "
-        "where the true pose lies in the map; then against the truth. First: wall time of the search in the whole map.",
+        f"The map has {len(world.map)} surfels, from one run with an ATE of {ate:.3f} m. Each robot starts at a random "
+        "pose, and is then carried to another one. Right: at the end it is sure of a pose within 0.3 m and 5 deg of "
+        "the true one; after: median of the simulated time until it stays so. Wrong: scans in which it was sure of "
+        "another pose. In map: rmse after that time against the place of the true pose in the map; true: against the "
+        "true pose. First: wall time of the search in the whole map.",
     )  # fmt: skip
 
 

@@ -100,7 +100,7 @@ def _drive(scenario: Scenario, stack: ExitStack) -> _Stopwatch:
 
 
 def _figures(sent: Sequence[float], told: dict[str, Any]) -> Iterator[str]:
-    """Return the cells of a client: scans sent since it was found, scans lost, and their ages."""
+    """Yield the cells of a client: scans sent since it was found, scans lost, and their ages."""
     heard = np.array(told["stamps"])
     since = [stamp for stamp in sent if stamp > heard.min(initial=np.inf) - 1e-6]
     yield f"{len(since)} of {len(sent)}"

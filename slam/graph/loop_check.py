@@ -121,7 +121,9 @@ class LoopCheck:
         scale = np.array([1.0, 1.0, settings.lever])
         constrained = fit.projector * np.outer(1.0 / scale, scale)
         information = constrained.T @ fit.information @ constrained
-        return KeyMatch(at, fit.pose, information, agreement, agreement > min(AGREEING[0], AGREEING[1] * key.share))
+        return KeyMatch(
+            at, fit.pose, information, agreement, agreement > min(AGREEING[0], AGREEING[1] * key.agreeing_share)
+        )
 
 
 def distances_to(path: FloatArray, other: FloatArray) -> FloatArray:

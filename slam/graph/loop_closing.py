@@ -39,10 +39,11 @@ class Timing:
 
     real_time: bool = False
     known: Mapping[int, int] | None = None
-    """By scan index, the submap whose closure is applied, as in the repeated run."""
+    """Number of the submap whose closure is applied, by scan index, as in the original run."""
 
 
 STEPPED: Final = Timing()
+"""Rule of a stepped run."""
 
 
 class LoopClosing:
@@ -66,7 +67,7 @@ class LoopClosing:
 
     @classmethod
     def beside(cls, mapper: object, timing: Timing = STEPPED, known: KnownGraph | None = None) -> Self | None:
-        """Make it for this mapper, with loops within the run and with an earlier graph whose map it has.
+        """Make the loop closing of this mapper: loops within the run, and with the graph of the map that it continues.
 
         None for a mapper that makes no submaps.
         """

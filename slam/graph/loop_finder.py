@@ -82,7 +82,7 @@ class LoopFinder:
         submap, added = view.submap, 0
         covariance, covariances = np.diag(WALL_SIGMAS**2), self._candidates.covariances_from(view.submap)
         for candidate in self._walls.of(submap, self._candidates.apart(submap)):
-            if not self._candidates.is_thinkable(candidate, submap, covariances[candidate.other.number]):
+            if not self._candidates.is_plausible(candidate, submap, covariances[candidate.other.number]):
                 continue
             self.tried += 1
             loop = self._search.find_near(view, candidate.other, candidate.T_other_submap, covariance, "walls")
@@ -92,7 +92,7 @@ class LoopFinder:
 
     def _add(self, loop: Loop, doubtful: bool) -> int:
         """Add a loop, a doubtful one only if another confirms it; return the number of added loops."""
-        loops = self._waiting.borne_out(loop, self._condensed.hops(), self._believed()) if doubtful else [loop]
+        loops = self._waiting.confirmed(loop, self._condensed.steps(), self._believed()) if doubtful else [loop]
         for one in loops:
             self._graph.add_loop(renumbered(one, len(self._graph.loops)))
         return len(loops)

@@ -42,7 +42,7 @@ class OdometryError(NamedTuple):
 
         The mask (K,) is True for key scans that follow the previous one in the list.
         """
-        wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
+        wheels = np.array([key.wheel_motion for key in keys]).reshape(-1, 3)
         errors, lengths = motion_errors(keys, follows), way_of(wheels)
         known = np.array([is_sure(key) for key in keys], np.bool_) & (lengths > MIN_WAY) & follows
         if known.sum() < MIN_STEPS:
@@ -79,7 +79,7 @@ def motion_errors(keys: list[KeyScan], follows: NDArray[np.bool_]) -> FloatArray
     Zero where it does not follow the previous one, mask (K,).
     """
     local = np.array([key.T_local_laser for key in keys]).reshape(-1, 3)
-    wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
+    wheels = np.array([key.wheel_motion for key in keys]).reshape(-1, 3)
     errors = np.zeros_like(wheels)
     moved = relative_poses(local[:-1], local[1:])
     off, turn = wheels[1:] - moved, np.arctan2(wheels[1:, 1], wheels[1:, 0])

@@ -48,7 +48,7 @@ class Submap:
 
 
 class SubmapMap(NamedTuple):
-    """Build the map of a submap, in the frame ``local`` of its key scans."""
+    """The map of a submap, in the frame ``local`` of its key scans."""
 
     grid: Grid
     pictures: Pictures

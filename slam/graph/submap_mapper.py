@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from slam.config import LeastSquaresConfig
-from slam.graph.key_scan import KeyScan, made_of
+from slam.graph.key_scan import KeyScan, key_scan_fields
 from slam.graph.submap_uncertainty import SubmapUncertainty
 from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
@@ -148,7 +148,7 @@ class SubmapMapper(SurfelMapper):
         self.uncertainty.open_next(most)
 
     def _key_scan(self, scan: LaserScan, T_local_laser: Pose2D, broken: bool) -> KeyScan:
-        ranges, lidar, bearings = made_of(scan)
+        ranges, lidar, bearings = key_scan_fields(scan)
         wheels, self._wheels = self.T_base_laser.inverse() @ self._wheels @ self.T_base_laser, Pose2D()
         submaps = tuple(range(self.number - min(len(self._open), SUBMAPS) + 1, self.number + 1))
         return KeyScan(

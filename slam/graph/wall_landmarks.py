@@ -181,12 +181,12 @@ def _grow_one(
                         sums += pieces[k]
                         _fit(sums, pieces[seed], line)
                     k = following[k]
-    _let_go(pieces, queue[1:end], straight, wall_of, sums, line)
+    _drop_deviating(pieces, queue[1:end], straight, wall_of, sums, line)
     _fit(sums, pieces[seed], line)
 
 
 @compiled
-def _let_go(
+def _drop_deviating(
     pieces: FloatArray, members: IntArray, straight: float, wall_of: IntArray, sums: FloatArray, line: FloatArray
 ) -> None:
     """Remove pieces from a wall whose line turned away from them as it grew; they may form another one."""

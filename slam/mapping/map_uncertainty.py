@@ -24,7 +24,7 @@ class Frontier(NamedTuple):
 
     began: Pose2D
     reach: float
-    """Greatest distance of the robot from its start, metres and radians added."""
+    """Greatest distance of the robot from its start, the sum of metres and radians."""
     drift: FloatArray
     """Covariance (3, 3) that the matches on the path have left in the map."""
     widest: FloatArray

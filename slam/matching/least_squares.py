@@ -34,7 +34,7 @@ class SolverSettings(NamedTuple):
     tolerance: float
     lever: float
     weak: float
-    standing_way: float
+    standing_length: float
 
 
 class Fit(NamedTuple):
@@ -64,7 +64,7 @@ def solve(
     while q < settings.max_iterations and not done:
         wide = q < WIDE_ITERATIONS
         inliers = fill_normal_equations(
-            facets, pose, grid, settings.gate, settings.floor, kernel, wide, settings.standing_way, H, g
+            facets, pose, grid, settings.gate, settings.floor, kernel, wide, settings.standing_length, H, g
         )
         q += 1
         A = _scaled(H, settings.lever)

@@ -71,7 +71,7 @@ class Optimization:
 
     @property
     def _timing(self) -> Timing:
-        """Return the rule for closures: with the same settings, the scans of the run."""
+        """Rule for closures: with the same settings, the scans of the run."""
         closures = self.record.traces.closures
         return STEPPED if self.changed or closures is None else Timing(known=closures)
 

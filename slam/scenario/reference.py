@@ -39,7 +39,7 @@ def _choices_named(text: str, sections: Schema) -> str:
 
 
 def _sections(place: str, outer: Schema, known: Schema) -> Iterator[str]:
-    """Return the tables of the sections of this one's keys, and of those inside them; each once.
+    """Yield the tables of the sections of this one's keys, and of those inside them; each once.
 
     Finished tables are removed from ``known``, the sections by name.
     """

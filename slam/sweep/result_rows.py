@@ -122,7 +122,7 @@ def whole_rows(file: IO[bytes]) -> tuple[list[Row], bool]:
 def row_fault(row: Any) -> str | None:
     """Describe the fault of a row; None if there is none."""
     if not isinstance(row, dict):
-        return "is no object"
+        return "is not an object"
     for name, kind in _KINDS.items():
         if not isinstance(row.get(name), kind) or isinstance(row.get(name), bool):
             return f"{name} is {str(row.get(name))[:20]!r}"

@@ -80,7 +80,7 @@ def run_robot(folder: Path, duration: float, *words: str) -> Program:
 
 
 def wait_for(path: Path, lines: int) -> None:
-    """Wait until a file has so many lines."""
+    """Wait until a file has this number of lines."""
     until = time.monotonic() + 30.0
     while not (path.is_file() and len(path.read_text().splitlines()) >= lines):
         assert time.monotonic() < until, path
@@ -129,7 +129,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_what_rclpy_hears_is_the_log_byte_by_byte(client: Path, recorded: Path, tmp_path: Path) -> None:
-    """So that a bag of it replays to the same run; its first second may pass before the client is found."""
+    """A bag of these messages replays to the same run. The client may be found only after the first second."""
     sent = hopslam("replay", recorded, "--ros", "--set", "slam.mode=dead_reckoning", "--out", tmp_path / "sent")
     with RosNode(client, "record", 90) as node, sent:
         sent.output()

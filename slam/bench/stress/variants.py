@@ -99,7 +99,7 @@ def noise(log: Log, sigma: float, random: Generator) -> Log:
 
 
 def scatter(log: Log, share: float, random: Generator) -> Log:
-    """Add clutter in six stretches of the path: this share of the beams ends before the wall, as at chair legs."""
+    """Add clutter in six stretches of the path: this share of the beams ends before the wall, as on chair legs."""
     distances, ranges = path_lengths(log.T_odom_base), np.asarray(log.ranges)
     begins = STRETCHES * distances[-1]
     cluttered = ((distances[:, None] >= begins) & (distances[:, None] < begins + STRETCH)).any(axis=1)

@@ -98,7 +98,7 @@ class Mount(NamedTuple):
 
 
 class FrameTree:
-    """Return the first transform to each frame."""
+    """The tree of frames: the first transform to each."""
 
     def __init__(self, transforms: Iterable[Transform]) -> None:
         self._links: dict[str, Transform] = {}

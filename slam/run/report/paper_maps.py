@@ -36,7 +36,7 @@ class ScanPoints:
 
 
 def scan_points(record: RunRecord) -> ScanPoints:
-    """Read them from the log of the run; InputError if it has none."""
+    """Read the points of all mapped scans from the log of the run; InputError if it has none."""
     mapped = record.traces.steps["mapped"] == 1
     seen = [(k, o.scan.points()) for k, (o, use) in enumerate(zip(record.observations(), mapped, strict=False)) if use]
     return ScanPoints([k for k, _ in seen], [points for _, points in seen], record.T_base_laser)

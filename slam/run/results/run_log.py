@@ -38,7 +38,7 @@ class KnownMap(NamedTuple):
 
     @classmethod
     def of(cls, notes: Mapping[str, Any]) -> Self | None:
-        """Make it from the notes of an experiment, or its metrics; None for a run without a saved map."""
+        """Read the map and the start from the notes of an experiment, or its metrics; None without a saved map."""
         return cls(str(notes["map"]), str(notes.get("start", "search"))) if "map" in notes else None
 
 

@@ -13,7 +13,7 @@ Reference = Annotated[
     Path | None, typer.Option(metavar="FILE.tum", help="The true trajectory; default: the run's groundtruth.tum.")
 ]
 Relations = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Known relative poses (relations): lines of t1 t2 x y z roll pitch yaw.")
+    Path | None, typer.Option(metavar="FILE", help="Known relative poses (relations): t1 t2 x y z roll pitch yaw.")
 ]
 MaxGap = Annotated[float, typer.Option(min=0.0, help="Longest gap between poses, seconds, that is interpolated.")]
 

@@ -85,7 +85,7 @@ def draw(messages: LastMessages) -> Figure:
 
 
 def draw_grid(axes: Axes, grid: Any) -> None:
-    """Draw an occupancy grid where its origin puts it."""
+    """Draw an occupancy grid at its origin."""
     info, cells = grid.info, grid.data.reshape(grid.info.height, grid.info.width)
     x, y = info.origin.position.x, info.origin.position.y
     shades = np.select([cells == value for value in GREYS], list(GREYS.values()))

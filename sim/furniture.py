@@ -25,7 +25,7 @@ SINKING: Final = 1e-4
 UPRIGHT: Final = 1e9
 """Inertia of furniture about its horizontal axes, kg m^2; so large that it does not tip over."""
 ARM_CELLS: Final = 16
-"""Cells along an edge of a footprint, and from its middle to the edge: the arm of a square is exact within 0.1 %."""
+"""Number of cells along each side of a triangle of the footprint; the friction arm of a square is exact to 0.1 %."""
 
 
 class Furniture:

@@ -78,9 +78,9 @@ def test_an_open_direction_has_no_information(bearing: float, row: list[float]) 
 
 def test_a_window_is_three_sigmas_up_to_its_maximum() -> None:
     small = _window(HERE, np.diag([0.19, 0.1, 0.05]) ** 2, 50)
-    assert (small.places, small.headings) == (6, 8)  # 0.57 m and 0.15 rad, rounded up
+    assert (small.half_width, small.half_headings) == (6, 8)  # 0.57 m and 0.15 rad, rounded up
     wide = _window(HERE, np.diag([20.0, 9.0, 0.4]) ** 2, 50)
-    assert (wide.places, wide.headings) == (round(MAX_WINDOW / PIXEL), round(MAX_ANGLE / HEADING_STEP))
+    assert (wide.half_width, wide.half_headings) == (round(MAX_WINDOW / PIXEL), round(MAX_ANGLE / HEADING_STEP))
     turned = _window(HERE, np.diag([0.5, 0.5, 0.6]) ** 2, 50)
     assert turned.headings == 90  # three sigmas, more than is tried where the heading is known
     around = _window(HERE, np.diag([0.5, 0.5, 2.0]) ** 2, 50)

@@ -104,11 +104,11 @@ class SubmapMapper(SurfelMapper):
         fit = found.fit._replace(pose=prior.as_array(), projector=np.zeros((3, 3)))
         return found._replace(fit=fit, odometry_only=True, odometry_failed=False, contradicted=True)
 
-    def know(self, T_local_submap: FloatArray, covariance: FloatArray, T_map_local: Pose2D) -> None:
-        """Take over the covariance (3, 3) of a submap's pose after a loop was closed, map axes."""
+    def set_covariance(self, T_local_submap: FloatArray, covariance: FloatArray, T_map_local: Pose2D) -> None:
+        """Set the covariance (3, 3) of a submap's pose after a loop was closed, map axes."""
         c, s = np.cos(T_map_local.theta), np.sin(T_map_local.theta)
         R = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        self.uncertainty.know(Pose2D.from_array(T_local_submap), R @ covariance @ R.T)
+        self.uncertainty.set_covariance(Pose2D.from_array(T_local_submap), R @ covariance @ R.T)
 
     def _write(self, scan: LaserScan, T_local_laser: Pose2D, moved: float) -> None:
         self.state = self._with(T_map_added=T_local_laser)

@@ -26,7 +26,7 @@ class SubmapUncertainty:
         """
         self._open = [*self._open, self._last][-most:]
 
-    def know(self, pose: Pose2D, covariance: FloatArray) -> None:
+    def set_covariance(self, pose: Pose2D, covariance: FloatArray) -> None:
         """Set the covariance (3, 3) of the submap that scans are matched to, in ``local``.
 
         It is known after a loop was closed.

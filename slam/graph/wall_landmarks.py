@@ -143,7 +143,7 @@ def _grow_walls(
     pieces: FloatArray, columns_rows: IntArray, heaviest_first: IntArray, straight: float
 ) -> tuple[IntArray, FloatArray]:
     """Return the wall of each piece (P,), and the lines (M, 4)."""
-    head = np.full((TABLE, TABLE), -1, np.int64)  # first piece in a cell, and in those TABLE cells away
+    head = np.full((TABLE, TABLE), -1, np.int64)  # hash table: first piece of all cells with this remainder
     following, wall_of = np.empty(len(pieces), np.int64), np.full(len(pieces), -1, np.int64)
     for k in range(len(pieces)):
         column, row = columns_rows[k, 0] % TABLE, columns_rows[k, 1] % TABLE

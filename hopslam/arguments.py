@@ -14,10 +14,12 @@ MIN_BEAMS: Final = 3
 """Fewest beams of a scan: a line always passes through two points."""
 FULL_TURN: Final = 2.0 * pi + 1e-6
 """A full turn in radians, with room for rounding."""
-_FARTHEST: Final = 200.0
+_FARTHEST: Final = 100.0
 """Metres; if half of the ranges are longer, their unit is not the metre."""
 _FARTHEST_WHOLE: Final = 20.0
 """The same limit for ranges that are all whole numbers, as millimetres are."""
+_LARGEST_ROBOT: Final = 20.0
+"""Metres; no lidar is mounted farther from the middle of its robot."""
 _LONGEST_REACH: Final = 1000.0
 """Metres that no lidar reaches."""
 _LATEST: Final = 1e11
@@ -77,6 +79,14 @@ def checked_start(name: str, given: Any) -> Pose2D:
     pose = checked_pose(name, given)
     if abs(pose.theta) > FULL_TURN:
         raise InputError(f"{name}[2], theta, is {pose.theta:g} and looks like degrees; give radians")
+    return pose
+
+
+def checked_mount(name: str, given: Any) -> Pose2D:
+    """Check the pose of a lidar on its robot; InputError for millimetres and degrees."""
+    pose = checked_start(name, given)
+    if (distance := pose.distance(Pose2D())) > _LARGEST_ROBOT:
+        raise InputError(f"{name} is {distance:g} from the robot and looks like millimetres; give metres")
     return pose
 
 

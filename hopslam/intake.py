@@ -91,10 +91,8 @@ class Intake:
         last = self._odometry or pose
         motion = last.between(pose)
         if abs(pose.theta - last.theta) > _FASTEST_TURN or (self._odometry is None and abs(pose.theta) > _FASTEST_TURN):
-            raise InputError(
-                f"odometry[2], theta, goes from {last.theta:g} to {pose.theta:g} in one scan and looks like degrees; "
-                "give radians"
-            )
+            change = f"is {pose.theta:g}" if last is pose else f"goes from {last.theta:g} to {pose.theta:g} in one scan"
+            raise InputError(f"odometry[2], theta, {change} and looks like degrees; give radians")
         if (distance := motion.distance(Pose2D())) > _FARTHEST_MOVE:
             raise InputError(
                 f"odometry moves by {distance:g} in one scan; give metres: divide millimetres by 1000; "

@@ -75,6 +75,11 @@ def test_a_wrong_odometry_is_named_with_a_fix(odometry: Any, message: str) -> No
         slam.update(RANGES, ANGLES, odometry)
 
 
+def test_degrees_in_the_first_odometry_are_named() -> None:
+    with pytest.raises(hopslam.InputError, match=r"^scan 0: odometry\[2\], theta, is 90 and looks like degrees"):
+        hopslam.Slam().update(RANGES, ANGLES, (0.0, 0.0, 90.0))
+
+
 @pytest.mark.parametrize(
     ("stamp", "message"),
     [
@@ -100,6 +105,7 @@ def test_a_wrong_stamp_is_named_with_a_fix(stamp: Any, message: str) -> None:
         ({"settings": "slam.mode=dead_reckoning"}, "looks at no scan"),
         ({"start": (0, 0, 180)}, r"start\[2\].*degrees"),
         ({"T_base_laser": (0, 0)}, "T_base_laser has 2 values"),
+        ({"T_base_laser": (200, 0, 0)}, "T_base_laser is 200 from the robot and looks like millimetres"),
         ({"range_min": 3.0, "range_max": 2.0}, "range_max is 2, not 3 or more"),
         ({"range_max": 4000}, "range_max is 4000 and looks like millimetres"),
         ({"time_increment": -1e-4}, "time_increment is -0.0001"),

@@ -26,7 +26,7 @@ def compare(
 ) -> None:
     """Show the metrics of runs side by side, each with its difference from the first run.
 
-    The difference is in percent; from twice or half on it is a factor, such as x 3.1 or / 3.1.
+    A difference is in percent; if one value is at least twice the other, it is a factor, such as x 3.1 or / 3.1.
 
     [bold]Examples[/bold]
 

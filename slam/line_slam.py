@@ -28,7 +28,7 @@ class Estimate:
     stamp: float
     T_map_base: Pose2D
     segments: Segments | None = None
-    """Segments in the sensor frame; None if the scan was not used and the pose is odometry since one that was."""
+    """Segments in the sensor frame; None if the scan was not used: the pose is then odometry since the last used."""
     match: Match = NO_MATCH
     map_points: int = 0
     """Size of the map after this scan: points in paper mode, surfels in this project's own."""

@@ -58,7 +58,7 @@ class Reader:
 
     make_files: Callable[[Path], Any]
     read: Callable[[Path, str], Any]
-    """Reads the folder in which that file is damaged in every way that commands do."""
+    """Reads the folder, in which that file is damaged, in all ways in which commands read it."""
     weight: int = 4
     """Relative number of inputs that this one gets."""
     cuts: bool = True

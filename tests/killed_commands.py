@@ -47,7 +47,7 @@ def start(words: list[str]) -> Started:
 
 
 def tell_stamps(witness: int) -> None:
-    """Let each scan of this process be told before it is written down."""
+    """Write the stamp of each scan of this process to ``witness`` before the scan is recorded."""
     on_step = RunLog.on_step
 
     def telling(log: RunLog, step: Step) -> None:
@@ -88,7 +88,7 @@ def children_of(process: int) -> list[int]:
 
 
 def logged_stamps(path: Path) -> list[float]:
-    """Times of the scans in a log that may be cut, by the reader of those who made the format."""
+    """Return the times of the scans in a log that may be truncated, read by the format's own reference library."""
     stamps, scans = list[float](), set[int]()
     if not path.is_file():
         return []

@@ -80,7 +80,7 @@ class Talk:
 
 
 def as_ros1(message: object) -> object:
-    """The headers of ROS 1 count themselves."""
+    """Convert a message to ROS 1, whose headers have a sequence number too."""
     for part in (message, *getattr(message, "transforms", [])):
         if hasattr(part, "header"):
             header = ros1_types().types["std_msgs/msg/Header"]

@@ -76,7 +76,7 @@ def test_each_robot_model_has_its_units(subclass: str, distance: float, speed: f
 
 
 def test_a_robot_with_unknown_units_is_refused() -> None:
-    with pytest.raises(RobotError, match="'powerbot-sh' are not known here, but p3dx,"):
+    with pytest.raises(RobotError, match="'powerbot-sh' are unknown; known are p3dx,"):
         open_robot(packet(config(800)), subclass="powerbot-sh")
 
 

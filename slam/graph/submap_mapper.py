@@ -29,7 +29,7 @@ SUBMAPS, OPEN = 2, 3
 """Number of submaps that a key scan belongs to, and largest number of open maps."""
 MIN_KEYS: Final = 10
 """Least number of key scans of a submap when the next one begins, whatever their distances."""
-TURN_WAY: Final = 0.3
+METRES_PER_RADIAN: Final = 0.3
 """Metres of path that a turn of one radian counts as."""
 KEY_DISTANCE, KEY_ANGLE = 0.25, 0.25
 """A scan becomes a key scan after this much motion, metres, or this much turning, radians."""
@@ -85,7 +85,7 @@ class SubmapMapper(SurfelMapper):
         config = self.map.config
         if added is not None and not broken and distance < config.update_distance and turn < config.update_angle:
             return
-        self._path_length += distance + TURN_WAY * turn
+        self._path_length += distance + METRES_PER_RADIAN * turn
         if self._is_key(T_local_laser, broken):
             if self._path_length - self._began >= 0.5 * LENGTH and self._keys >= MIN_KEYS:
                 self._open_next()
@@ -141,7 +141,7 @@ class SubmapMapper(SurfelMapper):
         self.state = self._with(bad_matches=0)
 
     def _open_next(self, most: int = OPEN) -> None:
-        """Begin a submap; ``open_maps`` maps stay open, and scans are matched to the oldest."""
+        """Begin a submap; at most ``most`` maps stay open, and scans are matched to the oldest of them."""
         self.number, self._began, self._keys = self.number + 1, self._path_length, 0
         self._open = [*self._open, SurfelMap(self.map.config)][-most:]
         self.state = self._with(map=self._open[0])

@@ -20,9 +20,9 @@ class SubmapUncertainty:
         return self._last[1]
 
     def open_next(self, most: int) -> None:
-        """Begin a submap at the last pose, with its covariance; ``open_maps`` stay open.
+        """Begin a submap at the last pose, with its covariance; at most ``most`` submaps stay open.
 
-        Its many scans do not reduce it: their errors are correlated, as all of them saw the same walls.
+        The many scans of a submap do not reduce its covariance: their errors are correlated, as all saw the same walls.
         """
         self._open = [*self._open, self._last][-most:]
 

@@ -158,8 +158,8 @@ def _quarter_octaves(x: float) -> int:
 def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
     """Return the most likely constant noise, and the most likely noise at 1 m that grows with the range.
 
-    Both are fractional indices of edges; the larger noise applies. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) is the
-    log likelihood of each band.
+    Both are fractional indices of edges; the larger noise applies. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) is
+    the log likelihood of each band.
     """
     scores = np.zeros((BANDS, EDGES))
     for band in range(BANDS):

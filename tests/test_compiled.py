@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -152,6 +153,23 @@ def test_an_edited_source_is_compiled_again(package: Path, run: Run) -> None:
         edit(package / file, old, new)
         result += more
         assert run() == (result, False), f"{file}: {old} -> {new}"
+
+
+def test_damaged_code_is_compiled_again(package: Path, run: Run) -> None:
+    assert run() == (FIRST, False)
+    for kind, size in product(("nbi", "nbc"), (0, -40)):
+        (file,) = package.parent.glob(f"kept/**/top.top-*.{kind}")
+        file.write_bytes(file.read_bytes()[:size])
+        assert run() == (FIRST, False), f"{kind}, {size} bytes"
+        assert run() == (FIRST, True)
+
+
+def test_code_with_a_renamed_type_is_compiled_again(package: Path, run: Run) -> None:
+    assert run() == (FIRST, False)
+    edit(package / "pairs.py", "Pair(", "Couple(")
+    edit(package / "top.py", "import Pair", "import Couple as Pair")
+    assert run() == (FIRST, False)
+    assert run() == (FIRST, True)
 
 
 def test_code_compiles_without_a_cache_folder(package: Path) -> None:

@@ -49,7 +49,7 @@ class LastMessages:
             self._poses |= {link.child: (link.frame, link.pose) for link in decode_transforms(raw)}
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
-        """Nobody speaks."""
+        """Ignore the listener: no other program sends messages here."""
 
     def raw(self, topic: str) -> RawMessage:
         """The last message of a topic, as it was sent."""

@@ -71,7 +71,7 @@ def end(started: Started, seconds: float, begun: Path | None = None) -> list[flo
 
 
 def is_running(child: int) -> bool:
-    """True while the process has not ended, though nobody has waited for it."""
+    """Return True while the process runs; a zombie has ended."""
     return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
 
 

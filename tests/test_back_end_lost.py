@@ -41,7 +41,7 @@ from slam.scenario.file import load_scenario
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="finds processes in /proc")
 KILLED = "the process that closes loops was killed by SIGKILL; is the memory full?"
 SOON, LATE = 230, 350
-"""Scans: the process is there, and it has closed loops."""
+"""Indices of scans: from the first one the process runs, from the second one it has closed loops."""
 
 
 def back_ends() -> list[int]:
@@ -168,7 +168,7 @@ def test_signals_to_the_process_group_end_only_the_loop(lap_log: Path) -> None:
 
 
 def test_truncated_results_are_dropped() -> None:
-    """Wherever the process dies while it writes: whole results come out, then its end."""
+    """If the process dies while it writes, the complete results are received first, and then its end."""
 
     class Dead:
         def __init__(self, written: bytes) -> None:

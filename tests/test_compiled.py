@@ -181,7 +181,7 @@ def test_code_compiles_without_a_cache_folder(package: Path) -> None:
 
 
 def test_fresh_and_cached_code_give_the_same_bits(package: Path) -> None:
-    loops = "".join(LOOP.format(k) for k in range(4))  # too much to be put in place of a call
+    loops = "".join(LOOP.format(k) for k in range(4))  # too long to be inlined
     (package / "chain.py").write_text(CHAIN.replace("LOOPS", loops))
     alone, inner_first = CHAIN_PROGRAM.replace("CALL", ""), CHAIN_PROGRAM.replace("CALL", "inner(x, y)")
     (compiled, hits), (kept, kept_hits), (after_inner, _) = (output(package, p) for p in (alone, alone, inner_first))

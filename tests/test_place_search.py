@@ -44,7 +44,7 @@ def test_bounds_are_sums_of_maxima_inside_the_picture() -> None:
 
 
 def test_the_best_place_of_a_block_equals_a_plain_search() -> None:
-    """Facets that lie outside of the picture there count nothing; the prior takes its cost off."""
+    """Facets outside the picture do not count; the cost of the prior is subtracted."""
     pictures, shifts = drawn(), some_shifts()
     window = Window(np.array([1.0, -2.0, 0.3]), np.diag([0.4, 0.2, 5.0]), 10, 1)
     blocks = (2 * window.half_width + BLOCK) // BLOCK

@@ -94,7 +94,7 @@ def checked_number(name: str, given: Any, least: float | None = None, cure: str 
     """Check a number that is not nan, and is at least ``least`` where that is given."""
     end = f"; {cure}" if cure else ""
     if not _is_number(given):
-        raise InputError(f"{name} is {shown(given)}, no number{end}")
+        raise InputError(f"{name} is {shown(given)}, not a number{end}")
     number = float(given)
     if number != number or (least is not None and number < least):
         raise InputError(f"{name} is {number:g}, not {f'{least:g} or more' if least is not None else 'a number'}{end}")
@@ -169,7 +169,7 @@ def _fault_of_items(items: Any) -> str:
     """Describe the first item that is not a number, as in ``[3] is None``."""
     for k, item in enumerate(items):
         if not _is_number(item):
-            return f"[{k}] is {shown(item)}, no number"
+            return f"[{k}] is {shown(item)}, not a number"
     return " is not a row of numbers"
 
 

@@ -105,8 +105,8 @@ class Slam:
     def update(self, ranges: Any, angles: Any = None, odometry: Any = None, stamp: float | None = None) -> Estimate:
         """Take the next scan; return the estimate after it.
 
-        The scan is ``ranges`` (N,) in metres with ``angles`` (N,) in radians, or a Scan alone. ``odometry`` is the
-        robot's pose x, y, theta in the frame where its wheels were first read; ``stamp`` is the time of the first beam
+        The scan is ``ranges`` (N,) in metres with ``angles`` (N,) in radians, or a Scan alone. ``odometry`` is the pose
+        x, y, theta that the robot computes from its wheels, in any fixed frame; ``stamp`` is the time of the first beam
         in seconds. Give each with every scan or with none. Without odometry the motion is estimated from the scans
         alone. InputError names the scan and the wrong argument, and leaves the state unchanged.
         """

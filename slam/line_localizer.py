@@ -47,7 +47,7 @@ class LineLocalizer:
         self.config, self.T_base_laser = config, T_base_laser
         self.points = self.lines = surfel_map
         self.noise = noise or LearntNoise.start(config.lines)  # learnt noise of the ranges
-        search = config.matching.search.model_copy(update={"anywhere": 0.0})  # the whole map's is better
+        search = config.matching.search.model_copy(update={"anywhere": 0.0})  # GlobalSearch replaces it
         self._tracking = config.matching.model_copy(update={"search": search})
         self._without_search = config.matching.model_copy(update={"search": NO_SEARCH})
         self._search = GlobalSearch.of_map(surfel_map)
@@ -168,7 +168,7 @@ class LocalizeThenMap:
 
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, timing: Timing = STEPPED) -> None:
         self.T_base_laser, self._config, self._saved, self._timing = T_base_laser, config, saved, timing
-        self._scans = 0  # the last estimate before the pose was known
+        self._scans = 0  # number of scans before the pose was known
         self.points = self.lines = saved.mapper.map
         self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map, noise=saved.noise)
         self.slam: LineSlam | None = None

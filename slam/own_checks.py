@@ -48,7 +48,7 @@ def expect_array(what: str, value: Any, shape: tuple[int | None, ...], kind: typ
 
 
 def expect_numbers(what: str, value: Any, names: tuple[str, ...]) -> None:
-    """Check that these attributes are finite numbers; InputError begins with ``what`` and names the first other."""
+    """Check that these attributes are finite numbers; InputError begins with ``what`` and names one that is not."""
     for name in names:
         number = getattr(value, name)
         if not isinstance(number, Real) or not isfinite(number):

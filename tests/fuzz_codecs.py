@@ -141,7 +141,7 @@ def fuzz_scip(size: int, seed: int) -> int:
 
 
 def main() -> None:
-    """Both, and what they did to the memory."""
+    """Feed both decoders, and print by how much the memory grew."""
     size = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000_000
     for fuzz in (fuzz_arcos, fuzz_scip):
         fuzz(20_000, seed=0)

@@ -180,7 +180,7 @@ def test_settings_that_contradict_the_map_are_named(
 
 
 def test_loops_are_closed_as_a_replay_closes_them(lap_log: Path, lap_run: Path, tmp_path: Path) -> None:
-    """All of a lap with wheels that go wrong: the same poses and walls, and all that its map rests on is kept."""
+    """Poses and walls of a lap with wrong wheels are the same, and a saved map keeps its key scans and its graph."""
     log, run = read_log(lap_log), hopslam.Run.open(lap_run)
     slam = hopslam.Slam(T_base_laser=log.T_base_laser, range_min=0.0, range_max=log.lidar.range_max)
     closures = sum(

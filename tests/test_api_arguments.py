@@ -25,9 +25,9 @@ def with_item(row: np.ndarray, index: int, item: Any) -> list[Any]:
 FAULTS: dict[str, tuple[Any, Any, str]] = {
     "None": (None, ANGLES, r"ranges is None"),
     "None inside": (with_item(RANGES, 3, None), ANGLES, r"ranges\[3\] is None.*inf .*nan"),
-    "text inside": (with_item(RANGES, 7, "far"), ANGLES, r"ranges\[7\] is 'far', no number"),
-    "numbers as text": ([str(r) for r in RANGES], ANGLES, r"ranges\[0\] is '2\.5', no number"),
-    "a list inside": (with_item(RANGES, 2, [1.0, 2.0]), ANGLES, r"ranges\[2\] is \[1\.0, 2\.0\], no number"),
+    "text inside": (with_item(RANGES, 7, "far"), ANGLES, r"ranges\[7\] is 'far', not a number"),
+    "numbers as text": ([str(r) for r in RANGES], ANGLES, r"ranges\[0\] is '2\.5', not a number"),
+    "a list inside": (with_item(RANGES, 2, [1.0, 2.0]), ANGLES, r"ranges\[2\] is \[1\.0, 2\.0\], not a number"),
     "truth values": ([True] * 101, ANGLES, r"ranges\[0\] is True"),
     "one number": (2.5, ANGLES, r"ranges has shape \(\).*row of numbers"),
     "a column": (RANGES[:, None], ANGLES, r"ranges has shape \(101, 1\).*numpy\.ravel\(ranges\)"),
@@ -86,7 +86,7 @@ def test_degrees_in_the_first_odometry_are_named() -> None:
         (4.9, r"4\.9, not after 5\.0"),
         (5.0, "not after"),
         (np.inf, "not finite"),
-        ("now", "'now', no number"),
+        ("now", "'now', not a number"),
         (1.7e18, "nanoseconds; give seconds"),
     ],
 )

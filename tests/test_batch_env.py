@@ -189,7 +189,7 @@ def test_a_constant_lidar_equals_the_single_lidar(model: str) -> None:
 
 
 def test_varying_beams_are_read_within_half_a_step() -> None:
-    """40 turns in a bare room, no two alike, lie between the least and the largest range nearby, in closed form."""
+    """In a bare room 40 scans, all different, lie between the least and the largest true range within half a step."""
     room, lidar = room_scenario((-2.0, 3.5), (-2.0, 2.0), model="ld19"), LIDARS["ld19"].lidar
     given = {"vectorization_mode": "vector_entry_point", "reward": "none"}
     envs = gymnasium.make_vec("hopslam/P3DX-v0", num_envs=40, scenario=room, **given)

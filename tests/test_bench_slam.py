@@ -126,7 +126,7 @@ def test_the_command_of_a_run_repeats_it(tmp_path: Path) -> None:
 
 
 def test_the_angle_of_walls_to_the_axes_is_measured() -> None:
-    """Two walls at a right angle, and one turned by 0.02 rad, which takes the axes along by its share."""
+    """Two walls at a right angle, and one turned by 0.02 rad, which turns the axes by a third of that."""
     walls = np.array([[[0, 0], [4, 0]], [[0, 0], [0, 4]], [[0, 5], [4 * np.cos(0.02), 5 + 4 * np.sin(0.02)]]])
     angles, lengths = angles_off_main_axes(walls)
     np.testing.assert_allclose(angles, [-0.02 / 3, -0.02 / 3, 0.04 / 3], atol=1e-5)
@@ -146,7 +146,8 @@ def test_the_gap_of_a_loop_is_its_known_offset() -> None:
 
 
 def test_an_open_direction_is_scored_by_odometry() -> None:
-    """An odometer with the heading of the truth tells the error along the walls that is not the method's own."""
+    """Along the corridor the error equals that of dead reckoning with the true heading, for which SLAM is not to
+    blame."""
     run = run_scenario("featureless_corridor", 1, ("duration=12",))
     assert run.unconstrained[1:].mean() >= 0.95
     np.testing.assert_allclose(run.offsets[:, 0], run.true_heading_offsets[:, 0], atol=0.002)

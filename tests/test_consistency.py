@@ -76,7 +76,7 @@ def test_a_second_loop_confirms_the_first_a_wrong_one_waits() -> None:
     assert waiting.confirmed(right[0], steps_of(graph), []) == []
     assert waiting.confirmed(loop(graph, JUMP, 6, 1, (3.0, 0.0, np.pi)), steps_of(graph), []) == []
     assert waiting.confirmed(right[1], steps_of(graph), []) == [right[0], right[1]]
-    assert waiting.confirmed(right[2], steps_of(graph), []) == []  # the others wait no more
+    assert waiting.confirmed(right[2], steps_of(graph), []) == []  # the others wait no longer
     assert waiting.confirmed(loop(graph, JUMP, 4, 0, RIGHT), steps_of(graph), right[:2]) != []
 
 

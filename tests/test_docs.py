@@ -19,6 +19,7 @@ from typer.testing import CliRunner
 
 from slam.cli.main import app
 from slam.env.ids import ENV_IDS
+from slam.run.experiment import Experiment
 from slam.scenario.file import checked_template, load_scenario
 from slam.scenario.json_schema import scenario_schema
 from slam.scenario.shipped import shipped_scenarios
@@ -42,13 +43,21 @@ PARSED_ONLY = {
     r"--figures": "draws for seconds; tests/test_pictures.py",
     r"--scan-topic": "needs a bag with other topics; tests/test_bags.py",
 }
-"""Commands whose options are checked, and settings too, but which are not run, and why."""
+"""Commands that are not run, with the reason; their options and settings are checked all the same."""
 FASTER = {"run": ["--set", "duration=1"], "localize": ["--set", "duration=1"], "animate": ["--seconds", "1"]}
 """Arguments that make a command short."""
 SMALLER = {r"--scan \d+": "--scan 5", r"/tmp/": "tmp/"}
 """Replacements in the commands: the small log has few scans, and lies in a folder of the test."""
 NOT_OURS = {"rerun", "ssh", "ray", "export", "ros2", "rviz2"}
 """First words of the commands of other programs."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_pictures() -> Iterator[None]:
+    """Runs draw no pictures, which takes longer than these runs; tests/test_cli.py looks at them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Experiment, "_draw", lambda *_: None)
+        yield
 
 
 @pytest.fixture(scope="module")

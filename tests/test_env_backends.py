@@ -89,7 +89,7 @@ def pose(values: np.ndarray) -> Pose2D:
 
 def test_with_devices_the_rules_of_gymnasium_are_kept() -> None:
     with on_devices(observe=ALL_VIEWS) as (env, _):
-        env.unwrapped.spec.nondeterministic = True  # real time never passes twice in the same way
+        env.unwrapped.spec.nondeterministic = True  # in real time no two runs are equal
         check_env(env.unwrapped, skip_render_check=True)  # which would open the ports a second time
 
 

@@ -34,7 +34,7 @@ KILLED = {
     "animate": "animate {here}/run --seconds 1 --width 200",
 }
 GROWING = ("run", "replay", "localize")
-"""Commands that write a log scan by scan; what localize leaves has no loops of its own, as optimize says."""
+"""Commands that write a log scan by scan; a run of localize closes no loops, so that optimize refuses it."""
 AFTERWARDS = {
     "report": "report {here}/run --out {here}/after.html",
     "export": "export {here}/run --to csv --out {here}/after.csv --force",

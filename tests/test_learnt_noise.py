@@ -69,7 +69,8 @@ def test_steps_of_the_range_count_as_noise_of_their_size(step: float) -> None:
 
 @pytest.mark.parametrize("share", [0.3, 0.6])
 def test_clutter_is_not_noise(share: float) -> None:
-    """Beams that end at any range on their way to the wall: nearly all that is near, and the most of what is far."""
+    """Some beams end early, at any range on their way to the wall: most of the far readings, and nearly all near
+    ones."""
     random = np.random.default_rng(3)
 
     def cluttered(ranges: FloatArray) -> FloatArray:

@@ -133,7 +133,7 @@ def test_a_wrong_wheel_radius_drives_an_unnoticed_circle() -> None:
 
 
 def square(rig: Rig, sense: float, side: float) -> tuple[Pose2D, Pose2D]:
-    """Drive a square in the firmware's own eyes; where it ends, and where the odometry says."""
+    """Drive a square by the odometry; return the true end and the end by the odometry."""
     a, wa = FAST.acceleration, FAST.angular_acceleration
     for _ in range(4):
         rig.go(1.0, 0.0, side)  # the ramps up and down take the same time, and so add up to the whole

@@ -41,7 +41,7 @@ def chained(motions: list[Pose2D]) -> list[Pose2D]:
 
 @pytest.mark.parametrize("turn", [0.9, -1.4])
 def test_a_motion_missing_from_odometry_is_found(scan_of: Scanner, room: FloatArray, turn: float) -> None:
-    """Half a metre and a turn at once; nothing else is wrong with them."""
+    """The wheels miss one jump of half a metre and a turn; otherwise they are right."""
     path = PATH[:20] + [PATH[19] @ Pose2D(0.4, 0.3, turn) @ PATH[19].between(pose) for pose in PATH[20:]]
     wheels = chained([Pose2D() if k == 19 else a.between(b) for k, (a, b) in enumerate(pairwise(path))])
     run = drive(scan_of, [room] * 40, path, wheels)

@@ -182,7 +182,7 @@ def test_a_better_wall_replaces_its_part_of_another(
 
 
 def test_a_corner_does_not_reverse_a_short_wall() -> None:
-    """The corner lies near its start: that goes there, and its end stays."""
+    """The corner is near its start, which moves to the corner; its end stays."""
     walls = np.array([[[0.04, -1.0], [0.04, 1.0]], [[0.0, 0.0], [0.22, 0.0]]])
     np.testing.assert_allclose(meet_at_corners(walls)[1], [[0.04, 0.0], [0.22, 0.0]], atol=1e-12)
 
@@ -196,11 +196,11 @@ def test_beams_without_a_reading_do_not_score_a_pose() -> None:
     view = compare_view(grid, free_beams(scan, 4.0), scan.echoes, ORIGIN, 8.0)
     assert view.agreeing > 0.4
     assert view.through == view.hidden == 0.0
-    assert view.agreeing == pytest.approx(round(10 * view.agreeing) / 10)  # of the ten that have one
+    assert view.agreeing == pytest.approx(round(10 * view.agreeing) / 10)  # ten beams have a reading
 
 
 def test_no_wall_is_predicted_for_a_beam_that_grazes_it() -> None:
-    """A surfel close by: for beams at less than half the least cosine it is not there, and for others it is."""
+    """A surfel close by is not predicted for beams that meet it at less than half of the least cosine of incidence."""
     x, y = 0.14, 0.04
     grid, bearings = grid_of(facets_at([(x, y)], (0.0, 1.0))), np.arange(-0.6, 1.0, 0.01)
     scan = LaserScan(0.0, -0.6, 0.01, 0.02, 8.0, np.full(len(bearings), 3.0))
@@ -232,7 +232,8 @@ def test_short_and_unsure_segments_give_no_heading() -> None:
 
 @pytest.mark.parametrize(("walls", "turn"), [((2.0, 92.0, 182.0), -2.0), ((5.0,), None), ((40.0, 45.0), None)])
 def test_walls_turn_the_scan_into_a_main_direction(walls: tuple[float, ...], turn: float | None) -> None:
-    """The building has two, at 0 and at 10 degrees; walls amid them, and those far from both, do not tell."""
+    """The building has main directions at 0 and 10 degrees; walls midway between them, or far from both, do not
+    count."""
     rows = np.array([(np.radians(wall), 1e-6, 3.0) for wall in walls])
     main = np.array([(0.0, 1e-6), (np.radians(10.0), 1e-6)])
     found, variance = turn_to_main(rows, main, 0.0, np.radians(7.0))

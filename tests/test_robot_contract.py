@@ -111,9 +111,7 @@ def test_drive_returns_the_applied_command(make: Callable[[], Robot]) -> None:
         assert 0.0 < applied.linear <= 1.3
 
 
-@pytest.mark.parametrize(
-    "make", ["replay", "sim", "sim, plan"], indirect=True
-)  # real time never passes twice in the same way
+@pytest.mark.parametrize("make", ["replay", "sim", "sim, plan"], indirect=True)  # in real time no two runs are equal
 def test_the_same_robot_twice_is_the_same(make: Callable[[], Robot]) -> None:
     runs = []
     for _ in range(2):

@@ -94,7 +94,7 @@ def test_a_fresh_process_gives_the_same_observations() -> None:
     tests = Path(__file__).parent
     run = subprocess.run([sys.executable, "-c", code], cwd=tests, capture_output=True, text=True, check=True)
     assert run.stdout.split() == [fingerprint_of(5)]
-    assert bool(run.stderr) == (find_spec("pybullet") is None)  # a line says that it is missing
+    assert bool(run.stderr) == (find_spec("pybullet") is None)  # a warning that PyBullet is missing
 
 
 def test_lidar_and_odometry_have_noise_of_their_own() -> None:

@@ -136,7 +136,7 @@ class Sip:
 
 _NUMBERS: Final = number_fields(Sip)
 _HEAD, _PORTS, _TAIL = _NUMBERS[:6], _NUMBERS[6:11], _NUMBERS[11:]
-"""Numbers before the sonar readings, after them, and the optional ones from ``fine_battery`` on."""
+"""Fields before the sonar readings, after them, and the optional ones, which begin with ``fine_battery``."""
 
 
 def _position_fields(units: ArcosUnits) -> tuple[Field, Field]:

@@ -25,7 +25,7 @@ SLAM_STEPS: Final = 50
 ACTION: Final = np.array([0.3, 0.1], np.float32)
 SIZES: Final = (1, 64, 1024, 4096)
 VIEWS: Final = (("scan", "odometry"), ("scan", "odometry", "goal"), ("scan", "odometry", "goal", "map"))
-_FREE: Final[dict[str, Any]] = {"reward": "none", "end_on": ()}
+_NO_TASK: Final[dict[str, Any]] = {"reward": "none", "end_on": ()}
 
 
 def env_tables(
@@ -40,7 +40,7 @@ def env_tables(
     With ``peer`` ir-sim is measured too; ``with_slam`` are numbers of robots.
     """
     parts: list[Callable[[], ResultTable]] = [
-        lambda: _paths(sizes, seconds, peer),
+        lambda: _environments(sizes, seconds, peer),
         lambda: _views(sizes[-1], seconds),
         lambda: _threads(sizes[-1], seconds),
         lambda: _slam(with_slam),
@@ -49,7 +49,7 @@ def env_tables(
         return [part() for part in bar.track(parts, description="environments")]
 
 
-def _paths(sizes: Sequence[int], seconds: float, peer: bool) -> ResultTable:
+def _environments(sizes: Sequence[int], seconds: float, peer: bool) -> ResultTable:
     rows = []
     if peer:
         rows.append(("ir-sim, one robot", "1", *_speed(PlanarPeer(corridor("exact")), 1, seconds)))
@@ -148,13 +148,13 @@ def _seconds_a_step(envs: Any, size: int, seconds: float, clock: Callable[[], fl
 def _single(engine: str) -> P3DXEnv:
     scenario = corridor("exact" if engine == "plan" else "bullet")
     physics = scenario.physics.model_copy(update={"engine": engine})
-    return P3DXEnv(scenario.model_copy(update={"physics": physics}), **_FREE)
+    return P3DXEnv(scenario.model_copy(update={"physics": physics}), **_NO_TASK)
 
 
 def _batch(size: int, threads: int | None = 1, **arguments: Any) -> BatchEnv:
     scenario = corridor("exact")
     route = scenario.route.model_copy(update={"waypoints": ((30.0, 0.0),)})
-    given = _FREE | arguments
+    given = _NO_TASK | arguments
     return BatchEnv(size, scenario.model_copy(update={"route": route}), threads=threads, **given)
 
 

@@ -69,7 +69,7 @@ def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, floa
 
 @compiled_on_views
 def arc(x: float, y: float, theta: float, ahead: float, turn: float) -> tuple[float, float, float]:
-    """Return the pose after an arc of ``metres`` and ``radians``: ``Twist2D.motion``."""
+    """Return the pose after an arc, ``ahead`` metres long, with ``turn`` radians, as ``Twist2D.motion``."""
     half = 0.5 * turn
     chord = ahead * (sin(half) / half if abs(half) > 1e-8 else 1.0)
     return x + chord * cos(theta + half), y + chord * sin(theta + half), wrapped(theta + turn)
@@ -108,7 +108,8 @@ def _drive(
 def _moved(base: Any, model: Any, left: float, right: float) -> tuple[float, float, float]:
     """Return the pose after the wheels without error have rolled these distances.
 
-    As in PyBullet, each physics step moves along the heading at its start, half a step's turn behind the arc.
+    In PyBullet each physics step moves along the heading at its start. On average this heading lags behind that of the
+    arc by half of the turn in one step.
     """
     turn = (right - left) / TRACK
     behind = 0.5 * turn / model.substeps

@@ -40,7 +40,7 @@ class MappedWorld:
     """Estimated poses of the mapping run, (N, 3)."""
 
     def in_map(self, T_map_base: Pose2D) -> Pose2D:
-        """Convert a true pose into the map's frame: the map has the error that the run had at its nearest pose."""
+        """Return where the map shows a true pose; the error of the map there is that of the run's nearest pose."""
         k = int(np.argmin(np.hypot(*(self.truth[:, :2] - T_map_base.translation).T)))
         return Pose2D(*self.estimate[k].tolist()) @ Pose2D(*self.truth[k].tolist()).between(T_map_base)
 

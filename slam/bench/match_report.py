@@ -45,7 +45,7 @@ class MatcherComparison:
 
 def compare_matchers(scenario: Scenario, places: int, seed: int, console: Terminal) -> MatcherComparison:
     """Run all matchers on the same scans; InputError if small_gicp is not installed."""
-    import_optional("small_gicp", "bench")  # before seconds of work
+    import_optional("small_gicp", "bench")  # fails before the long measurement
     world = ScannedWorld(scenario, seed)
     with console.waiting("scanning"):
         made_from = world.map_scans()

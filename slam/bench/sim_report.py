@@ -22,7 +22,7 @@ HOUR_SCENARIO: Final = "office_loop"
 CHI_SQUARE_95: Final = 7.815
 """95 % quantile of chi-square with three degrees of freedom."""
 OPEN_SHARE: Final = 0.5
-"""Share of the scans with an unconstrained direction from which a run is in the table."""
+"""A run is in the table of unconstrained runs if more than this share of its scans has an unconstrained direction."""
 HOUR_BLOCK: Final = 1000
 """Scans at the beginning and at the end that are compared."""
 HOUR_PARTS: Final = 12
@@ -49,14 +49,14 @@ def sim_tables(
         again = partial(repeating_command, settings=settings, allow_modules=allow_modules)
         made += [_run_table(runs), _scenario_table(runs), _worst_table(runs, again), *unconstrained_tables(runs)]
     if hour:
-        description = f"driving around {HOUR_SCENARIO} for an hour of its time"
+        description = f"driving around {HOUR_SCENARIO} for one simulated hour"
         [long_run] = run_in_workers(run_scenario, [(HOUR_SCENARIO, 0, settings, True)], description, console, 1)
         made += hour_tables(long_run)
     return made
 
 
 def unconstrained_tables(runs: Sequence[tuple[str, int, SimRun]]) -> list[ResultTable]:
-    """Make the table of the runs in which most scans left a direction unconstrained; None if there are none.
+    """Make the table of the runs in which most scans left a direction unconstrained; empty without such a run.
 
     Along that direction there is only odometry; across it the scans must keep the error small.
     """

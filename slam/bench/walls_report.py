@@ -68,7 +68,7 @@ def _shares(score: WallScore) -> tuple[str, str]:
 
 
 def _worst_table(groups: dict[str, list[tuple[int, WallMapRun]]], again: Callable[[str, int], str]) -> ResultTable:
-    """Return the run of each scenario with the longest phantom, of equals with the least precision, and its command."""
+    """Return the run of each scenario with the longest phantom, and its command; if several, the least precise one."""
     columns = ("scenario, seed", "ending", "precision", "recall", "free air\nm", "phantom\nm", "command")
     rows = []
     for name, runs in groups.items():

@@ -90,7 +90,7 @@ def _cells(values: list[Any]) -> list[str]:
 
 
 def _difference(value: Any, first: Any) -> str:
-    """Format a difference in percent; a factor from twice or half on.
+    """Format a difference in percent, or as a factor if the value is at least twice or at most half as large.
 
     No difference if the first is 0 or of another sign.
     """

@@ -41,7 +41,7 @@ def _unwrap_help(command: Any) -> None:
     """Join the lines of each paragraph, so that a terminal wraps it at its own width; in a group's commands too."""
     command.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in (command.help or "").split("\n\n"))
     inner = getattr(command, "commands", {})
-    for one in inner.values() if isinstance(inner, dict) else ():  # those of a lazy group come when they are named
+    for one in inner.values() if isinstance(inner, dict) else ():  # a lazy group does the same when a command is used
         _unwrap_help(one)
 
 

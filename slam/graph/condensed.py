@@ -19,7 +19,7 @@ STEP_SIGMAS: Final = np.array([0.08, 0.08, 0.04])
 """Standard deviations from one submap to the next, for the search of candidates: metres and radians. The graph uses
 half of them."""
 BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
-"""The same over a break of the front end, in addition."""
+"""Standard deviations that a break of the front end between two submaps adds, metres and radians."""
 BREAK_WEIGHT: Final = 0.05
 """Weight of an edge over a break, in the graph."""
 LOOP_SIGMAS: Final = np.array([0.1, 0.1, 0.01])

@@ -46,12 +46,12 @@ class KnownGraph:
 
     @property
     def loops(self) -> list[Loop]:
-        """Its loops, with their edges."""
+        """Loops of the graph, with their edges."""
         return list(self.graph.loops)
 
     @property
     def submaps(self) -> dict[int, Submap]:
-        """Its submaps by their numbers, finished."""
+        """Submaps of the graph by their numbers, finished."""
         submaps = {one.number: replace(one, keys=list(one.keys)) for one in self.graph.submaps}
         for submap in submaps.values():
             submap.finish(self.keys)

@@ -24,7 +24,8 @@ STANDING_ALONE: Final = 1.2
 """Number of fully agreeing key scans with which a loop over a break needs no confirmation by another loop."""
 WALL_SIGMAS: Final = np.array([0.3, 0.3, 0.05])
 """Standard deviations of a pose from walls alone: metres and radians."""
-BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
+HEADING_UNKNOWN_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
+"""Standard deviations with which a place is searched after a break, with any heading: metres and radians."""
 
 
 class LoopFinder:
@@ -72,7 +73,7 @@ class LoopFinder:
         """Search a submap with any heading near a break of the front end."""
         for other in self._candidates.beside_break(view.submap):
             self.tried += 1
-            loop = self._search.find(view, other, np.diag(BREAK_SIGMAS**2), "break")
+            loop = self._search.find(view, other, np.diag(HEADING_UNKNOWN_SIGMAS**2), "break")
             if loop is not None:
                 return self._add(loop, not _stands_alone(loop))
         return 0

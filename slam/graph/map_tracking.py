@@ -26,8 +26,8 @@ little: the walls of the submap and the main directions of the building hold it.
 BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
 """Standard deviations of that drift after a break, metres and radians."""
 AGREEING: Final = 0.5, 0.8
-"""Least share of agreeing facets: the first, or the second times the agreement with its own submap, whichever is less;
-after a break the first."""
+"""Least share of agreeing facets: the first number, or the second times the agreement with its own submap, whichever is
+less; after a break always the first number."""
 MAX_WAITING: Final = 20
 """Largest number of key scans after a break that were not found in the map: then the robot is in an unmapped area."""
 

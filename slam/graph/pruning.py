@@ -130,10 +130,9 @@ def _from(number: int, edges: Iterable[Edge]) -> list[Edge]:
 
 
 def _star(surest: Edge, edges: Iterable[Edge]) -> list[Edge]:
-    """Return edges from the submap at the end of one of the edges of a node to those at the ends of the others.
+    """Return the edges that replace a removed node: from its neighbour at ``surest`` to each other neighbour.
 
-    They replace the removed node: exact for each of its neighbours relative to that one, and conservative for two
-    others.
+    They are exact between that neighbour and each other one, and conservative between two others.
     """
     back = inverted(surest)
     ties = [joined(back, edge) for edge in edges if edge.second != surest.second]

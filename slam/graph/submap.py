@@ -41,7 +41,7 @@ class Submap:
     """Largest distance of its path from there, metres."""
 
     def finish(self, keys: Sequence[KeyScan]) -> None:
-        """True once it is complete."""
+        """Set the path and its extent, once the submap has all its key scans."""
         self.path = np.array([keys[number].T_local_laser for number in self.keys])
         self.middle = self.path[:, :2].mean(axis=0)
         self.radius = float(np.hypot(*(self.path[:, :2] - self.middle).T).max())

@@ -156,9 +156,10 @@ def _quarter_octaves(x: float) -> int:
 
 @compiled
 def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
-    """Return the edges, with a fraction, of the noise near by, and of that which grows with the range, at 1 m.
+    """Return the most likely constant noise, and the most likely noise at 1 m that grows with the range.
 
-    The larger of the two applies. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) is the log likelihood of each band.
+    Both are fractional indices of edges; the larger noise applies. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) is
+    the log likelihood of each band.
     """
     scores = np.zeros((BANDS, EDGES))
     for band in range(BANDS):

@@ -22,7 +22,7 @@ def fill_normal_equations(
     facets: FloatArray, pose: FloatArray, grid: Grid, gate: float, floor: float, kernel: float, wide: bool,
     standing_length: float, H: FloatArray, g: FloatArray,
 ) -> float:  # fmt: skip
-    """Fill H (3, 3) and g (3,) for x, y, theta; returns the sum of the robust weights, which is at most 1 a facet.
+    """Fill H (3, 3) and g (3,) for x, y, theta; return the sum of the robust weights, each of which is at most 1.
 
     A facet is paired with a surfel nearer than ``gate``, metres, up to a whole cell away where the search is ``wide``.
     A small thing counts as new until the sensor has moved ``standing_length`` since it was first seen.

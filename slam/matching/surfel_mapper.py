@@ -20,7 +20,7 @@ from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
 STANDING_LENGTH = 1.0  # metres and radians of the sensor until a small thing counts as standing: legs do not
-KERNEL_SIGMAS, FLOOR_SIGMAS = 2.0, 0.6  # least kernel and floor, in standard deviations of a near range
+KERNEL_SIGMAS, FLOOR_SIGMAS = 2.0, 0.6  # lower bounds of kernel and floor, in standard deviations of a near range
 UNSUPPORTED = 0.1  # least share of agreeing facets: below it a scan is rejected
 
 

@@ -24,7 +24,7 @@ STRETCHES: Final = np.linspace(0.08, 0.9, 6)
 STRETCH: Final = 3.0
 """Length of a stretch with clutter, metres."""
 CLUTTER: Final = 0.4, 0.8
-"""Metres: the nearest clutter, and the least range in front of which there may be some."""
+"""Least range of clutter, and least range of a wall that clutter may hide, metres."""
 
 TINY_NOISE: Final = "noise=0.002"
 """Noise too small to matter, which makes runs with different seeds differ."""

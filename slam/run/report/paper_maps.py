@@ -26,7 +26,7 @@ class ScanPoints:
     T_base_laser: Pose2D
 
     def placed(self, poses: FloatArray, before: int | None = None) -> FloatArray:
-        """Return all points (N, 2) with the robot at ``poses`` (K, 3), one for each scan, or those ``before`` one."""
+        """Return the points (N, 2) of all scans, or of those before the scan ``before``, for these ``poses`` (K, 3)."""
         parts = [
             (Pose2D(*poses[k]) @ self.T_base_laser).transform(points)
             for k, points in zip(self.scans, self.points, strict=True)

@@ -14,7 +14,7 @@ from slam.pose import FloatArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanMotion:
-    """Motion of everything while the beams fired, the first of them at time 0 and with row 0."""
+    """Motion of the base, of legs and of furniture while the beams fired; the first beam fires at row 0."""
 
     path: FloatArray
     """(S, 3): x, y, theta of ``T_map_base``, one row every ``step`` seconds; a single row means no motion."""

@@ -60,7 +60,7 @@ class App:
 
     def receive(self, again: Callable[[], object] = lambda: None) -> tuple[int, bytes]:
         """The time and the data of the next message on a topic; ``again`` sends it until it comes."""
-        until = monotonic() + 300.0  # all is compiled first where it was not
+        until = monotonic() + 300.0  # the first run compiles the hot loops
         while monotonic() < until:
             again()
             with suppress(TimeoutError):

@@ -43,7 +43,7 @@ class Anchors:
 
     @property
     def nbytes(self) -> int:
-        """Memory of all of them, bytes."""
+        """Memory of all anchors, bytes."""
         return sum(part.itemsize * len(part) for part in (self._numbers, self._poses))
 
     def add(self, index: int, T_local_laser: FloatArray, submap: int, T_submap_laser: FloatArray) -> None:

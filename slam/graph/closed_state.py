@@ -35,7 +35,7 @@ def placed(
 
 
 def uncertainty_of(closed: ClosedRun) -> MapUncertainty:
-    """Return the uncertainty of each tile of the map: that of the first key scan that was taken in it."""
+    """Return the uncertainty of the map, tile by tile: the covariance of the first key scan in the tile."""
     tiles: Tiles = {}
     T_laser_base = Pose2D.from_array(closed.T_base_laser).inverse()
     for pose, covariance in zip(closed.poses, closed.covariances, strict=True):

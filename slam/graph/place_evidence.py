@@ -1,7 +1,8 @@
 """Evidence for poses of submaps: overlapping walls, against walls on floor that was seen to be free.
 
-Compiled. A pose is refined by least squares on the overlapping walls. Its score measures how well these fix it in every
-direction, reduced by the metres of wall of either submap on the free floor of the other.
+Compiled. A pose is refined by least squares on the overlapping walls. Its score measures how well these walls fix the
+pose in every direction. It is reduced by the length of walls of one submap that lie on floor which the other submap saw
+to be free.
 """
 
 from typing import Final

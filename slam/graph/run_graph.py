@@ -31,7 +31,7 @@ class RunGraph:
     scans: IntArray
     """(K,): index of its scan in the run, below zero for an earlier run."""
     key_submaps: tuple[tuple[int, ...], ...]
-    """Numbers of the submaps that each key scan was added to; the first is the one that it was matched to."""
+    """Numbers of the submaps to which each key scan was added. It was matched to the first of them."""
     covariances: FloatArray
     """(K, 3, 3): covariance of its pose."""
     submaps: tuple[Submap, ...]

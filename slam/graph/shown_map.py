@@ -34,7 +34,8 @@ class ShownMap:
     def has_moved(self) -> bool:
         """Return True if key scans have moved far enough since the last rebuild for another one.
 
-        The smaller distance is enough after many new key scans, and none at all after as many as are kept.
+        The smaller distance is enough after many new key scans. Once their number has doubled, the map is rebuilt
+        anyway.
         """
         offsets = self._graph.key_poses() - np.array(self._poses)
         moved = float(np.hypot(offsets[:, 0], offsets[:, 1]).max())

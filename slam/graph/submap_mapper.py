@@ -38,8 +38,7 @@ MISFITS: Final = 2
 may come from wheels that reported late."""
 
 RECOVERED_SHARE: Final = 0.5
-"""Least share of agreeing facets of the scan after such a contradiction; below it, that scan contradicts the map
-too."""
+"""Least share of agreeing facets of the next scan after a contradiction; below it, it contradicts the map as well."""
 
 
 class SubmapMapper(SurfelMapper):

@@ -42,7 +42,7 @@ def client(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> P
 
 
 class Program:
-    """A program that is ended with its block, and what it printed."""
+    """A program and its output; it ends with the block."""
 
     def __init__(self, *words: object) -> None:
         pipe = subprocess.PIPE

@@ -89,5 +89,5 @@ class CommandedPilot:
         return self._until_told.progress
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
-        """Return the last commanded velocity; before the first command that of the other pilot."""
+        """Return the last velocity from outside; before the first one, the other pilot's command."""
         return self._commands.twist if self._commands.count else self._until_told.command(T_map_base, scan)

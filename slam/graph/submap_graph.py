@@ -173,7 +173,7 @@ class SubmapGraph:
         self.edges = [*own, *(edge for loop in self.loops for edge in loop.edges)]
 
     def _T_map_local(self, key: KeyScan) -> FloatArray:
-        """Return ``T_map_local`` of the submap to which a key scan was matched; if it begins one, of the last submap."""
+        """Return ``T_map_local`` of the submap to which a key scan was matched; if it begins one, of the last one."""
         if self.is_first_of_run(key):
             return np.zeros(3)
         known = self.submaps.get(key.submaps[0]) or self.submaps[self.keys[-1].submaps[0]]

@@ -144,7 +144,7 @@ def test_what_rclpy_hears_is_the_log_byte_by_byte(client: Path, recorded: Path, 
 
 
 def test_the_lidar_is_placed_in_the_map_at_every_scan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """map -> odom -> base_link -> laser, of the time of the scan, on the bytes that are received."""
+    """The transforms map -> odom -> base_link -> laser are received for the time of each scan."""
     monkeypatch.setenv("ROS_DOMAIN_ID", str(20 + os.getpid() % 80))
     heard: list[tuple[str, bytes]] = []
     topics = (names.TF_STATIC, names.TF, names.SCAN)

@@ -86,7 +86,7 @@ def error_table(results: Sequence[LogResult]) -> ResultTable:
 
 
 def _error_rows(result: LogResult) -> list[tuple[str, ...]]:
-    scores = result.causal, result.live, result.final
+    scores = result.unclosed, result.live, result.final
     published = [f"{value:.4f}" for value in PUBLISHED.get(result.name, ())] or [""] * 4
     rows = []
     if not isnan(result.final.relations):
@@ -98,7 +98,7 @@ def _error_rows(result: LogResult) -> list[tuple[str, ...]]:
     if result.final.gap is not None:
         rows.append(("open, m", *(_gap(score) for score in scores), *[""] * 5))
         rows.append(("open, deg", *(_turn(score) for score in scores), *[""] * 5))
-        angles = [cell(float(np.degrees(rms)), 2) for rms in (result.causal_off_axes, result.final_off_axes)]
+        angles = [cell(float(np.degrees(rms)), 2) for rms in (result.unclosed_off_axes, result.final_off_axes)]
         rows.append(("off axes, deg", angles[0], "", angles[1], *[""] * 5))
     rows.append(("crisp", *(cell(score.crisp, 1) for score in scores), *[""] * 5))
     rows[0] = (*rows[0][:4], f"{total_time(result):.1f}", *rows[0][5:])
@@ -118,7 +118,7 @@ def noise_table(results: Sequence[LogResult]) -> ResultTable:
     rows = []
     for name in dict.fromkeys(result.name for result in results):
         group = [result for result in results if result.name == name]
-        ates = np.array([[score.ate for score in (run.causal, run.live, run.final)] for run in group])
+        ates = np.array([[score.ate for score in (run.unclosed, run.live, run.final)] for run in group])
         for label, row in (("median", np.median(ates, axis=0)), ("worst", ates.max(axis=0))):
             rows.append((f"{name}, {label} of {len(group)}", *map(cell, row)))
     columns = ("log", "loops never\nATE, m", "live\nATE, m", "final\nATE, m")
@@ -163,8 +163,8 @@ def cost_table(results: Sequence[LogResult]) -> ResultTable:
     )
     rows = [
         (
-            result.name, str(result.scans), *milliseconds(result.causal_times), *milliseconds(result.live_times),
-            f"{result.finish_time:.2f}", f"{total_time(result) / result.causal_times.sum():.2f}",
+            result.name, str(result.scans), *milliseconds(result.unclosed_times), *milliseconds(result.live_times),
+            f"{result.finish_time:.2f}", f"{total_time(result) / result.unclosed_times.sum():.2f}",
         )
         for result in results
     ]  # fmt: skip

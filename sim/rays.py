@@ -60,7 +60,7 @@ def _fire(
     begun = first * steps - row - 0.5
     for j in range(len(bearing)):  # few arrays in each loop, so that the compiler vectorises it
         c, s = small_rotation((begun + j * steps) * turn)
-        x[j], y[j] = c0 * c - s0 * s, s0 * c + c0 * s  # cosine and sine of the heading, for now
+        x[j], y[j] = c0 * c - s0 * s, s0 * c + c0 * s  # holds cosine and sine of the heading until the end
     for j in range(len(bearing)):
         ux[j] = x[j] * bx[j] - y[j] * by[j]
     for j in range(len(bearing)):

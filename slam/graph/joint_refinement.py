@@ -19,7 +19,7 @@ from slam.lines.facets import NX, NY, VARIANCE, X, Y
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
 
-if TYPE_CHECKING:  # here, as it takes long to load
+if TYPE_CHECKING:  # scipy loads slowly
     from scipy.sparse import csr_matrix
     from scipy.sparse.linalg import SuperLU
 

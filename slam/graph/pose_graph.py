@@ -17,7 +17,7 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray, wrap_angles
 from slam.small_matrices import product, times
 
-if TYPE_CHECKING:  # here, as it takes long to load, and only the solver needs it
+if TYPE_CHECKING:  # scipy loads slowly, and only the solver needs it
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import SuperLU
 

@@ -12,7 +12,7 @@ from slam.scan import BEARING, COS, SIN, LaserScan
 CORRECTIONS = 3  # iterations that lead from the beam of an even fan to the beam of the deskewed one
 MAX_SECTORS = 64
 """Sectors of the full turn, each with the longest free range of its beams."""
-BEAMS_PER_SECTOR = 4  # of a full turn, so that no sector between two beams is empty
+BEAMS_PER_SECTOR = 4  # at an even spacing over the full turn, so that no sector is empty
 
 
 class FreeBeams(NamedTuple):

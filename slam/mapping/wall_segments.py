@@ -20,7 +20,7 @@ LINE_NX, LINE_NY, LINE_X, LINE_Y = range(4)
 NEIGHBOURS = 2  # cells to each side in which a wall may continue
 MAX_GAP = 2.2  # cells, the largest gap along a wall between its surfels
 MAX_OFFSET = 0.05  # metres, the largest distance of a surfel from the wall that it joins
-WALL_COSINE = 0.9  # least cosine between its normal and the wall's
+WALL_COSINE = 0.9  # least cosine between the normals of a surfel and of its wall
 SIGMA_FLOOR = 0.01  # metres, the least standard deviation of a surfel
 WALL: Final = 2
 """Echoes minus passes from which a bin counts as wall."""

@@ -19,7 +19,7 @@ from slam.matching.normal_equations import fill_normal_equations
 from slam.pose import FloatArray
 from slam.small_matrices import identity, inverse, principal_axes, product, solved, times
 
-WIDE_ITERATIONS = 2  # in which a surfel may be a whole cell away
+WIDE_ITERATIONS = 2  # first iterations, in which a surfel may be a whole cell away
 MIN_INFORMATION = 100.0  # m^-2: below it a direction is unconstrained
 
 

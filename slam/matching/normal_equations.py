@@ -12,7 +12,7 @@ from slam.mapping.surfel_grid import BORN, INFORMATION, Grid
 from slam.pose import FloatArray
 
 PAIR_COSINE = 0.85  # least cosine between the normals of a facet and of its surfel
-ALONG_WEIGHT = 0.1  # weight of a squared metre along the wall in choosing a surfel, against one across
+ALONG_WEIGHT = 0.1  # weight of squared distances along the wall when a surfel is chosen; across: 1
 CLUSTER_SIGMA = 0.03  # metres by which the echoes of a cluster vary
 SHIFT_SIGMA = 0.05  # metres by which small things may have moved since, all together
 

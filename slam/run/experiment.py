@@ -130,7 +130,7 @@ class Experiment:
         return Outcome(folder, ending, metrics, error)
 
     def _draw(self, folder: Path, console: Terminal, closed: ClosedLoops | None) -> None:
-        from slam.run.pictures.error_curves import draw_errors  # here, as matplotlib takes long to load
+        from slam.run.pictures.error_curves import draw_errors  # imported here, as matplotlib loads slowly
         from slam.run.pictures.map_picture import draw_map
 
         points, lines = (closed.run.map, closed.run.map) if closed else (self.slam.points, self.slam.lines)

@@ -38,7 +38,7 @@ def scenario_schema() -> dict[str, Any]:
     sections |= random.pop("$defs")
     sections[RANDOM] = random | {"description": "A value that is drawn anew for every seed."}
     schema["properties"] = {"extends": _EXTENDS} | schema["properties"]
-    schema.pop("required")  # a file that gives no name has its own
+    schema.pop("required")  # the name: by default that of the file
     return {"$schema": GenerateJsonSchema.schema_dialect} | schema | {"$defs": sections}
 
 

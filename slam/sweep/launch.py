@@ -51,7 +51,7 @@ class Sweep:
 
     def report(self, metric: str | None = None) -> SweepReport:
         """Write tables, comparisons and pictures into the folder ``report``; ``page`` is the path of the HTML page."""
-        from slam.sweep.report.write import write_report  # here, as matplotlib takes long to load
+        from slam.sweep.report.write import write_report  # imported here, as matplotlib loads slowly
 
         return write_report(self.folder, metric)
 

@@ -160,7 +160,7 @@ def _table(rows: list[Row]) -> Any:
 def _column(pa: Any, values: list[Any]) -> Any:
     booleans = {isinstance(value, bool) for value in values if value is not None}
     try:
-        if len(booleans) < 2:  # pyarrow takes False among numbers for 0
+        if len(booleans) < 2:  # mixed: pyarrow would convert False to 0
             return pa.array(values)
     except (pa.ArrowInvalid, pa.ArrowTypeError):
         pass

@@ -81,7 +81,7 @@ def _met(origin: FloatArray, beams: FloatArray, ranges: FloatArray, faces: Float
         dx, dy = faces[f, 1, 0] - faces[f, 0, 0], faces[f, 1, 1] - faces[f, 0, 1]
         length = np.hypot(dx, dy)
         dx, dy = dx / length, dy / length
-        offset = x * -dy + y * dx  # of the face along its left normal: negative where the origin is to its left
+        offset = x * -dy + y * dx  # of the face from the origin, along its left normal
         if offset >= 0.0 or -offset > reach or _is_beyond(x, y, length * dx, length * dy, reach):
             continue
         for b in range(B):

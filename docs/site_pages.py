@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from latex2mathml.converter import convert
@@ -134,8 +135,15 @@ def commands() -> str:
     text = re.sub(r"(`[^`]*`)|<", lambda match: match[1] or "&lt;", text).replace(
         "[bold]Examples[/bold]", "**Examples**:"
     )
-    text = re.sub(r"^(hopslam .*(?:\n\S.*)*)$", r"```sh\n\1\n```", text, flags=re.MULTILINE)
+    text = re.sub(
+        r"^(hopslam .*(?:\n\S.*)*)$", lambda match: f"```sh\n{wrapped(match[1])}\n```", text, flags=re.MULTILINE
+    )
     return linked_pages(text.replace("\n```\n\n```sh\n", "\n"))
+
+
+def wrapped(example: str) -> str:
+    """Continue a long command on further lines, so that a page need not scroll."""
+    return " \\\n    ".join(wrap(example, 92, break_long_words=False, break_on_hyphens=False))
 
 
 def keep_first_sentences(command: Any) -> None:
@@ -161,7 +169,8 @@ def api(package: str) -> str:
     if package == "hopslam":
         import hopslam
 
-        names = [f"hopslam.{name}" for name in hopslam.__all__]
+        blocks = [f"::: hopslam.{name}\n    options: {{show_attribute_values: false}}" for name in hopslam.__all__]
     else:
-        names = sorted(f"{package}.{path.stem}" for path in (ROOT / package.replace(".", "/")).glob("[!_]*.py"))
-    return "\n\n".join([f"# {package}", *(f"::: {name}" for name in names)])
+        paths = (ROOT / package.replace(".", "/")).glob("[!_]*.py")
+        blocks = sorted(f"::: {package}.{path.stem}" for path in paths)
+    return "\n\n".join([f"# {package}", *blocks])

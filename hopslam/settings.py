@@ -27,4 +27,8 @@ def slam_config(settings: SettingsLike) -> SlamConfig:
                 f"settings: {shown(setting)} is not a setting of the method; "
                 "write slam.key=value, as in slam.mode=paper"
             )
-    return load_scenario("replay", given).slam
+    try:
+        return load_scenario("replay", given).slam
+    except ScenarioError as error:
+        fault = str(error).removeprefix("--set").lstrip(": ")
+        raise ScenarioError(f"settings: {fault.replace('--set ', '')}") from error

@@ -101,7 +101,7 @@ def test_a_wrong_stamp_is_named_with_a_fix(stamp: Any, message: str) -> None:
     ("arguments", "message"),
     [
         ({"settings": "duration=3"}, r"'duration=3' is not a setting of the method"),
-        ({"settings": ["slam.lines.methud=paper"]}, "methud"),
+        ({"settings": ["slam.lines.methud=paper"]}, r"^settings: slam\.lines\.methud"),
         ({"settings": "slam.mode=dead_reckoning"}, "looks at no scan"),
         ({"start": (0, 0, 180)}, r"start\[2\].*degrees"),
         ({"T_base_laser": (0, 0)}, "T_base_laser has 2 values"),

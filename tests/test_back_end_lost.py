@@ -91,6 +91,14 @@ def with_loss(experiment: Experiment, at: int, end: Callable[[], None] = end_bac
 
 
 @pytest.fixture(scope="module")
+def whole(lap_log: Path) -> tuple[LineSlam, list[Estimate]]:
+    """A run whose back end is killed after the last scan."""
+    run = drive(lap_log, None)
+    end_back_end()
+    return run
+
+
+@pytest.fixture(scope="module")
 def lost(lap_log: Path) -> tuple[LineSlam, list[Estimate]]:
     return drive(lap_log, LATE)
 
@@ -98,13 +106,14 @@ def lost(lap_log: Path) -> tuple[LineSlam, list[Estimate]]:
 @pytest.fixture(scope="module")
 def lost_run(lap_log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("lost") / "run"
-    with_loss(replay_experiment(lap_log, load_scenario("replay")), LATE).run(folder)
+    with_loss(replay_experiment(lap_log, load_scenario("replay")), LATE).run(folder, pictures=False)
     return folder
 
 
-def test_the_front_end_continues_without_its_process(lap_log: Path, lost: tuple[LineSlam, list[Estimate]]) -> None:
+def test_the_front_end_continues_without_its_process(
+    lost: tuple[LineSlam, list[Estimate]], whole: tuple[LineSlam, list[Estimate]]
+) -> None:
     """Until the loss the estimates are those of a complete run; after it, every scan has a pose, but no loop closes."""
-    whole = drive(lap_log, None)[1]
     slam, estimates = lost
     told = [bool(estimate.back_end_lost) for estimate in estimates]
     first = told.index(True)
@@ -114,9 +123,9 @@ def test_the_front_end_continues_without_its_process(lap_log: Path, lost: tuple[
     closed = [estimate.closure is not None for estimate in estimates]
     assert any(closed[:LATE])
     assert not any(closed[first:])
-    poses, expected = (stack_poses(e.T_map_base for e in run[:LATE]) for run in (estimates, whole))
+    poses, expected = (stack_poses(e.T_map_base for e in run[:LATE]) for run in (estimates, whole[1]))
     assert np.array_equal(poses, expected)
-    local, expected = (stack_poses(e.T_local_base for e in run) for run in (estimates, whole))
+    local, expected = (stack_poses(e.T_local_base for e in run) for run in (estimates, whole[1]))
     np.testing.assert_allclose(local, expected, atol=0.05)
     assert estimates[-1].map_points > estimates[first].map_points
     with pytest.raises(BackEndLost, match=KILLED):
@@ -132,9 +141,8 @@ def test_a_real_time_run_continues_without_its_process(lap_log: Path) -> None:
         slam.finish()
 
 
-def test_a_process_lost_at_the_end_closes_no_loop(lap_log: Path) -> None:
-    slam, _ = drive(lap_log, None)
-    end_back_end()
+def test_a_process_lost_at_the_end_closes_no_loop(whole: tuple[LineSlam, list[Estimate]]) -> None:
+    slam, _ = whole
     for _ in range(2):
         with pytest.raises(BackEndLost, match=KILLED):
             slam.finish()

@@ -30,17 +30,30 @@ FILES = {
         "@compiled\ndef top(x, pair: Pair):\n    return outer(x) * FACTOR + OFFSETS[1] + 100.0 * pair.left\n"
     ),
 }
-PROGRAM = """
+SERVER = """
 import os, sys
-import slam.compiled  # numba, once for all the processes below
-for _ in sys.stdin:
+from numba.core import config
+from slam.compiled import wrapped
+
+wrapped(4.0)  # loads numba, once for all the processes below
+for line in sys.stdin:
     if not os.fork():
-        from loops.top import Pair, top
-        result, stats = top(3.0, Pair(left=1.0, right=5.0)), top.stats
-        print(result, sum(stats.cache_hits.values()), sum(stats.cache_misses.values()), flush=True)
+        folder, program = line.split()
+        if config.CACHE_DIR:
+            config.CACHE_DIR = os.path.join(folder, "kept")
+        sys.path.insert(0, folder)
+        with open(program) as file:
+            exec(file.read())
+        sys.stdout.flush()
         os._exit(0)
     if os.wait()[1]:
         sys.exit("it failed")
+    print("done", flush=True)
+"""
+"""Runs programs, each in a process of its own that has already loaded numba."""
+PROGRAM = """
+from loops.top import Pair, top
+print(top(3.0, Pair(left=1.0, right=5.0)), sum(top.stats.cache_hits.values()), sum(top.stats.cache_misses.values()))
 """
 CHAIN = """
 import numpy as np
@@ -84,45 +97,62 @@ def package(tmp_path: Path) -> Path:
     return folder
 
 
-def environment_of(package: Path) -> dict[str, str]:
-    """Environment of a process that keeps its code beside the package."""
-    path = os.pathsep.join([str(package.parent), str(Path(__file__).parent.parent)])
-    return {**os.environ, "NUMBA_CACHE_DIR": str(package.parent / "kept"), "PYTHONPATH": path}
+Server = Callable[[Path, str], list[str]]
+
+
+@contextmanager
+def served(cache: str, **environment: str) -> Iterator[Server]:
+    """A function that returns the words that a program prints in a new process, with this package to import.
+
+    Without a ``cache`` folder for the server, its processes have none beside the package either.
+    """
+    environment |= {"PYTHONPATH": str(Path(__file__).parent.parent), "NUMBA_CACHE_DIR": cache}
+    command = [sys.executable, "-B", "-c", SERVER]
+    with subprocess.Popen(
+        command, env=os.environ | environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        questions, answers = process.stdin, process.stdout
+        assert questions is not None
+        assert answers is not None
+
+        def run(package: Path, program: str) -> list[str]:
+            file = package.parent / "program.py"
+            file.write_text(program)
+            print(package.parent, file, file=questions, flush=True)
+            lines = list(iter(answers.readline, "done\n"))
+            return " ".join(lines).split()
+
+        yield run
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """See ``served``."""
+    with served(str(tmp_path_factory.mktemp("kept"))) as run:
+        yield run
 
 
 def output(package: Path, words: str) -> list[str]:
-    """The words that a program prints in a process of its own."""
-    environment = environment_of(package)
+    """The words that a program prints in a process that it starts."""
+    path = os.pathsep.join([str(package.parent), str(Path(__file__).parent.parent)])
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(package.parent / "kept"), "PYTHONPATH": path}
     done = subprocess.run(
         [sys.executable, "-B", "-c", words], env=environment, capture_output=True, text=True, timeout=120, check=True
     )
     return done.stdout.split()
 
 
-@contextmanager
-def program(package: Path, **environment: str) -> Iterator[Run]:
-    """A function that gives the result of top() in a new process, and True where its code was found on disk."""
-    environment = environment_of(package) | environment
-    words = [sys.executable, "-B", "-c", PROGRAM]
-    with subprocess.Popen(words, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        questions, answers = process.stdin, process.stdout
-        assert questions is not None
-        assert answers is not None
-
-        def run() -> tuple[float, bool]:
-            print(file=questions, flush=True)
-            result, hits, misses = answers.readline().split()
-            assert int(hits) + int(misses) == 1
-            return float(result), hits == "1"
-
-        yield run
+def answer(words: list[str]) -> tuple[float, bool]:
+    """The result of top(), and True where its code was found on disk."""
+    result, hits, misses = words
+    assert int(hits) + int(misses) == 1
+    return float(result), hits == "1"
 
 
 @pytest.fixture
-def run(package: Path) -> Iterator[Run]:
-    """See ``program``."""
-    with program(package) as run:
-        yield run
+def run(package: Path, server: Server) -> Run:
+    """A function that gives the ``answer`` of a new process."""
+    return lambda: answer(server(package, PROGRAM))
 
 
 def edit(file: Path, old: str, new: str) -> None:
@@ -175,39 +205,38 @@ def test_code_with_a_renamed_type_is_compiled_again(package: Path, run: Run) -> 
 def test_code_compiles_without_a_cache_folder(package: Path) -> None:
     nowhere = package / "__pycache__"
     nowhere.write_text("a file, so that no folder can be made here")
-    nobody = {"NUMBA_CACHE_DIR": "", "HOME": str(nowhere), "XDG_CACHE_HOME": str(nowhere)}
-    with program(package, **nobody) as run:
-        assert [run(), run()] == [(FIRST, False)] * 2
+    with served("", HOME=str(nowhere), XDG_CACHE_HOME=str(nowhere)) as server:
+        assert [answer(server(package, PROGRAM)) for _ in range(2)] == [(FIRST, False)] * 2
 
 
-def test_fresh_and_cached_code_give_the_same_bits(package: Path) -> None:
+def test_fresh_and_cached_code_give_the_same_bits(package: Path, server: Server) -> None:
     loops = "".join(LOOP.format(k) for k in range(4))  # too long to be inlined
     (package / "chain.py").write_text(CHAIN.replace("LOOPS", loops))
     alone, inner_first = CHAIN_PROGRAM.replace("CALL", ""), CHAIN_PROGRAM.replace("CALL", "inner(x, y)")
-    (compiled, hits), (kept, kept_hits), (after_inner, _) = (output(package, p) for p in (alone, alone, inner_first))
+    (compiled, hits), (kept, kept_hits), (after_inner, _) = (server(package, p) for p in (alone, alone, inner_first))
     assert (hits, kept_hits) == ("0", "1")
     assert compiled == kept
     assert after_inner == kept
 
 
-def test_copies_of_called_functions_are_hidden(package: Path) -> None:
+def test_copies_of_called_functions_are_hidden(package: Path, server: Server) -> None:
     (package / "chain.py").write_text(CHAIN.replace("LOOPS", LOOP.format(1)))
     words = CHAIN_PROGRAM.replace("CALL", "inner(x, y)") + (
         "library = next(iter(outer.overloads.values())).library\n"
         "seen = [f.name for f in library.get_defined_functions() if f.linkage.name != 'internal']\n"
         "print(sum('outer' in name for name in seen), sum('inner' in name or 'empty' in name for name in seen))\n"
     )
-    *_, own, copies = output(package, words)
+    *_, own, copies = server(package, words)
     assert int(own) >= 1
     assert copies == "0"
 
 
-def test_a_function_is_cold_until_its_code_is_cached(package: Path) -> None:
+def test_a_function_is_cold_until_its_code_is_cached(package: Path, server: Server) -> None:
     words = "from slam.compiled import is_cold\nfrom loops.steps import add_one\nprint(is_cold(add_one), add_one(1.0))"
-    assert output(package, words) == ["True", "2.0"]
-    assert output(package, words) == ["False", "2.0"]
+    assert server(package, words) == ["True", "2.0"]
+    assert server(package, words) == ["False", "2.0"]
     edit(package / "steps.py", "x + 1.0", "x + 3.0")
-    assert output(package, words) == ["True", "4.0"]
+    assert server(package, words) == ["True", "4.0"]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no locks on Windows")
@@ -218,14 +247,14 @@ def test_two_processes_compile_a_function_once(package: Path) -> None:
     assert sorted(answers) == [["2.0", "0"], ["2.0", "1"]]
 
 
-def test_a_literal_is_compiled_as_any_number(package: Path) -> None:
+def test_a_literal_is_compiled_as_any_number(package: Path, server: Server) -> None:
     (package / "counts.py").write_text(
         "from slam.compiled import compiled\n\n"
         "@compiled\ndef more(x, by):\n    return x + by\n\n"
         "@compiled\ndef total(x):\n    y = more(x, by=1)\n    return more(more(y, 2), x) + more(0, y)\n"
     )
     words = "from loops.counts import more, total\nprint(total(1), len(more._parts))"
-    assert output(package, words) == ["7", "1"]
+    assert server(package, words) == ["7", "1"]
 
 
 def test_without_the_compiler_hot_loops_are_python() -> None:

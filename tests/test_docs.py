@@ -19,6 +19,7 @@ from typer.testing import CliRunner
 
 from slam.cli.main import app
 from slam.env.ids import ENV_IDS
+from slam.run.experiment import Experiment
 from slam.scenario.file import checked_template, load_scenario
 from slam.scenario.json_schema import scenario_schema
 from slam.scenario.shipped import shipped_scenarios
@@ -49,6 +50,14 @@ SMALLER = {r"--scan \d+": "--scan 5", r"/tmp/": "tmp/"}
 """Replacements in the commands: the small log has few scans, and lies in a folder of the test."""
 NOT_OURS = {"rerun", "ssh", "ray", "export", "ros2", "rviz2"}
 """First words of the commands of other programs."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_pictures() -> Iterator[None]:
+    """Runs draw no pictures, which takes longer than these runs; tests/test_cli.py looks at them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Experiment, "_draw", lambda *_: None)
+        yield
 
 
 @pytest.fixture(scope="module")

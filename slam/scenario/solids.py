@@ -10,6 +10,7 @@ from math import acos, ceil, pi
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.values import Point
@@ -22,6 +23,8 @@ SILL: Final = 0.025
 """Height of a solid that the robot can drive over, metres: the step in the P3-DX's data sheet."""
 ROBOT_SPAN: Final = (SILL, 0.4)
 """Heights between which a solid blocks the robot, metres."""
+_PAIRS: Final = 20_000
+"""Number of points times edges whose distances are computed at once: few enough for the cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,12 +72,19 @@ def clearance(points: FloatArray, footprints: Sequence[FloatArray]) -> FloatArra
     following = np.arange(1, len(start) + 1)
     following[first[1:] - 1] = first[:-1]
     edge = start[following] - start
-    to_point = points[:, np.newaxis] - start
+    rows = max(_PAIRS // len(start), 1)
+    blocks = (points[k : k + rows] for k in range(0, len(points), rows))
+    return np.concatenate([np.empty(0), *(_clearance(block, start, edge, first[:-1]) for block in blocks)])
+
+
+def _clearance(points: FloatArray, start: FloatArray, edge: FloatArray, first: NDArray[np.intp]) -> FloatArray:
+    """Return the clearance of few points; outline k begins with edge ``first[k]``."""
+    across, up = points[:, :1] - start[:, 0], points[:, 1:] - start[:, 1]
     squared = np.maximum((edge**2).sum(axis=1), np.finfo(np.float64).tiny)
-    along = np.clip((to_point * edge).sum(axis=2) / squared, 0.0, 1.0)
-    distance = np.linalg.norm(to_point - along[:, :, np.newaxis] * edge, axis=2).min(axis=1)
-    left_of_edge = edge[:, 0] * to_point[:, :, 1] - edge[:, 1] * to_point[:, :, 0]
-    inside = (np.minimum.reduceat(left_of_edge, first[:-1], axis=1) >= 0.0).any(axis=1)
+    along = np.clip((across * edge[:, 0] + up * edge[:, 1]) / squared, 0.0, 1.0)
+    distance = np.sqrt(((across - along * edge[:, 0]) ** 2 + (up - along * edge[:, 1]) ** 2).min(axis=1))
+    left_of_edge = edge[:, 0] * up - edge[:, 1] * across
+    inside = (np.minimum.reduceat(left_of_edge, first, axis=1) >= 0.0).any(axis=1)
     return np.where(inside, 0.0, distance)
 
 

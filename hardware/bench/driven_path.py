@@ -42,7 +42,7 @@ class DrivenPath:
 class PathRecorder:
     """Watcher that keeps estimated and true poses.
 
-    The true pose is that at the scan, or the present one if only that is known.
+    The true pose is that at the stamp of the scan; on emulated devices it is the present one.
     """
 
     emulator: Emulator | None = None

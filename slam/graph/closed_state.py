@@ -18,7 +18,7 @@ from slam.pose import FloatArray, Pose2D
 def placed(
     state: SurfelMapperState, T_map_local: Pose2D, surfel_map: SurfelMap, uncertainty: MapUncertainty
 ) -> SurfelMapperState:
-    """Return the state, frame ``local``, in a map."""
+    """Transform a state from the frame ``local`` to the frame of this map."""
     T_map_base, T_map_added = (
         None if pose is None else T_map_local @ pose for pose in (state.T_map_base, state.T_map_added)
     )

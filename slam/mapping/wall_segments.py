@@ -181,7 +181,7 @@ def _include(sums: FloatArray, s: FloatArray, x0: float, y0: float) -> None:
 
 @compiled_on_views
 def _line(sums: FloatArray, nx: float, ny: float) -> tuple[float, float, float, float]:
-    """Return normal and mean of the best line, the normal to the side of (nx, ny), which it is for a single point."""
+    """Return normal and mean of the best line; the normal is on the side of (nx, ny), or equal for a single point."""
     mx, my = sums[WX] / sums[W], sums[WY] / sums[W]
     xx, xy, yy = sums[WXX] - mx * sums[WX], sums[WXY] - mx * sums[WY], sums[WYY] - my * sums[WY]
     if xx + yy < 1e-3 * sums[W]:  # shorter than its uncertainty

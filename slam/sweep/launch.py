@@ -97,7 +97,7 @@ def sweep(
     options = ExecutionOptions(jobs or usable_cores(), ray, retry, pictures)
     outcome = run_sweep(planned, address, options, console or Terminal(quiet=True))
     if check and outcome.interrupted:
-        raise KeyboardInterrupt(f"the same sweep goes on with what is missing in {address}")
+        raise KeyboardInterrupt(f"run the same sweep again to add the missing runs to {address}")
     return Sweep.of(address, outcome)
 
 

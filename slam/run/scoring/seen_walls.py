@@ -53,7 +53,7 @@ class SeenWalls:
         T_map_laser = T_map_base @ self._T_base_laser
         beams = np.column_stack([scan.fan[COS], scan.fan[SIN]]) @ T_map_laser.rotation.T
         ranges = np.where(scan.echoes, scan.ranges, np.nan)
-        face, along = _met(T_map_laser.translation, beams, ranges, self.walls.faces)
+        face, along = _faces_met(T_map_laser.translation, beams, ranges, self.walls.faces)
         _count(face, along, self._firsts, self.walls.lengths, self.scans)
 
 
@@ -63,7 +63,9 @@ def _has_moved(last: Pose2D, now: Pose2D) -> bool:
 
 
 @compiled
-def _met(origin: FloatArray, beams: FloatArray, ranges: FloatArray, faces: FloatArray) -> tuple[IntArray, FloatArray]:
+def _faces_met(
+    origin: FloatArray, beams: FloatArray, ranges: FloatArray, faces: FloatArray
+) -> tuple[IntArray, FloatArray]:
     """Return the face that each beam (B, 2) sees, (B,), -1 for none, and the distance from its start, (B,), metres.
 
     Only a face that has the origin (2,) to its left can be seen; ``ranges`` (B,) are nan without an echo.

@@ -60,7 +60,8 @@ class SubmapMapper(SurfelMapper):
         """Number of the submap that began last."""
         self._open = [state.map]  # oldest first
         self._last_key: Pose2D | None = None
-        self._path_length = self._began = 0.0  # path length, and that at the start of the last submap, metres
+        self._path_length = 0.0  # metres
+        self._began = 0.0  # path length at which the last submap began
         self._keys = 0  # number of key scans of the last submap
         self._misfits = 0  # consecutive scans that contradicted the map
 

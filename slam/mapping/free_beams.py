@@ -65,7 +65,7 @@ def _farthest(ranges: FloatArray, fan: FloatArray) -> FloatArray:
 
 @compiled_on_views
 def _sector(x: float, y: float, sectors: int) -> int:
-    """Return the sector of a direction, without trigonometry: a quarter turn is a quarter of them, unevenly divided."""
+    """Return the sector of a direction, without trigonometry; sectors of one quarter turn differ a little in width."""
     part = y / (abs(x) + abs(y))
     turn = part if x >= 0.0 else 2.0 - part
     return int((turn + 1.0) * 0.25 * sectors) % sectors

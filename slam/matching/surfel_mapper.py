@@ -89,7 +89,7 @@ class SurfelMapper:
             self._walls.add_walls(T_map_laser.theta)
 
     def _with(self, **changes: Any) -> SurfelMapperState:
-        """Change these fields of the state."""
+        """Return the state with these fields changed."""
         return replace(self.state, **changes)
 
     def _begin(self, start: Pose2D, stamp: float) -> Match:

@@ -168,14 +168,14 @@ def fuse(
     innovation is the ``offset`` (3,) from the prior. It is normalized by the covariance of the last ``motion`` and of
     the scan, and divided by its three dimensions, so that its expected value is 1.
     """
-    told = _scaled(_within(projector, _scaled(information, lever)), 1.0 / lever)
+    scan_information = _scaled(_within(projector, _scaled(information, lever)), 1.0 / lever)
     fused, expected, settled = inverse(predicted), motion.copy(), information.copy()
     for i in range(3):
         settled[i, i] += 1.0
     by_scan = inverse(settled)
     for i in range(3):
         for j in range(3):
-            fused[i, j] += told[i, j] / correlation
+            fused[i, j] += scan_information[i, j] / correlation
             expected[i, j] += correlation * by_scan[i, j]
     surprise = solved(expected, offset)
     innovation_squared = (offset[0] * surprise[0] + offset[1] * surprise[1] + offset[2] * surprise[2]) / 3.0

@@ -76,10 +76,10 @@ def error_table(results: Sequence[LogResult]) -> ResultTable:
     notes = (
         "Live: the poses as estimated at each scan. Final: the poses after the last scan. Seconds: processor time of "
         "the whole run. Relations: mean error, metres; centre: that of the robot's centre. ATE: metres, after "
-        "alignment. Open: motion that aligns the last scans with the first. Off axes: root mean square deviation of "
-        "the walls from the main directions. Crisp: occupied 5 cm cells for every 1000 points, fewer are better. The "
-        "last four columns are the relations of Hess et al., 2016; for aces they stand in the row of ATE, which is "
-        "another measure."
+        "alignment. Open: error of the last poses against the first, by matching their scans. Off axes: root mean "
+        "square deviation of the walls from the main directions. Crisp: occupied 5 cm cells for every 1000 points, "
+        "fewer are better. The last four columns are the relations of Hess et al., 2016; for aces they stand in the "
+        "row of ATE, which is another measure."
     )
     rows = [row for result in results for row in _error_rows(result)]
     return ResultTable("Loops closed on recorded logs", columns, rows, notes)
@@ -158,8 +158,9 @@ def cost_table(results: Sequence[LogResult]) -> ResultTable:
     """Make the table of processor times."""
     columns = ("log", "scans", "never\nms", "p99", "auto\nms", "p99", "after the\nlast scan, s", "all\nratio")
     notes = (
-        "Processor time of an update in the calling thread, extraction included; both modes take the same scans in "
-        "turn. Ratio: of the time of all threads, from the first scan to the closed map, to that without loops."
+        "Processor time of an update in the calling thread, extraction included; each scan is given to one mode and "
+        "then to the other. Ratio: of the time of all threads, from the first scan to the closed map, to that without "
+        "loops."
     )
     rows = [
         (

@@ -15,7 +15,7 @@ from slam.run.step import Step
 from slam.scan import COS, SIN
 
 TIMES: Final = 3
-"""Number of scans that must have seen a sample of a wall for the map to have it."""
+"""Number of scans that must have seen a sample of a wall, for the map to be expected to contain it."""
 MOVED: Final = 0.1, float(np.radians(10.0))
 """Motion between two counted scans, metres or radians, so that a robot at rest counts once."""
 SAME_RANGE = 0.1  # metres, and share of the range: largest difference of an echo from the wall

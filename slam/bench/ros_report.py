@@ -41,7 +41,7 @@ class _EnoughScans(Exception):
 
 @dataclass
 class _Stopwatch:
-    """Measures another watcher and the log, which encodes each step before it, and ends the run after some seconds."""
+    """Measures the watcher that publishes, without the encoding for the log; ends the run after ``scans`` scans."""
 
     watcher: SlamTopics
     messages: StepMessages

@@ -74,7 +74,7 @@ class RunGraph:
     def loop_ends(self, poses: FloatArray) -> FloatArray:
         """Return the two positions of each loop (L, 2, 2) by the poses of the base (S, 3) at the scans of the run.
 
-        Scans of an earlier run or behind a damaged line have their positions in the graph.
+        For scans of an earlier run, and scans whose poses were lost by damage, the positions in the graph are used.
         """
         known = compose_poses(self.poses, inverse_poses(self.T_base_laser)[None].repeat(len(self.poses), axis=0))
         own = (self.scans >= 0) & (self.scans < len(poses))

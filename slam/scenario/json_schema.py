@@ -20,7 +20,7 @@ RANDOM: Final = "RandomValue"
 """Name of the section of random values."""
 _EXTENDS: Final = {
     "type": "string",
-    "description": "A shipped scenario, or a path beside this file, which this one is put on top of.",
+    "description": "The scenario that this file extends: a shipped one by name, or a path relative to this file.",
 }
 
 

@@ -50,7 +50,7 @@ def warming_up(console: Terminal, config: SlamConfig, search: bool = False, wait
             if search and isinstance(slam.mapper, SurfelMapper):
                 _run(LineLocalizer(config, Pose2D(), slam.mapper.map))
             if finish is not None and wait:
-                close_loops(config, keys=1)  # what both processes compile last
+                close_loops(config, keys=1)  # the part that the other process compiles last
                 finish()
                 close_loops(config)
         taken = perf_counter() - began

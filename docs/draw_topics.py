@@ -49,7 +49,7 @@ class LastMessages:
             self._poses |= {link.child: (link.frame, link.pose) for link in decode_transforms(raw)}
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
-        """Nobody speaks."""
+        """Ignore the listener: no other program sends messages here."""
 
     def raw(self, topic: str) -> RawMessage:
         """The last message of a topic, as it was sent."""
@@ -85,7 +85,7 @@ def draw(messages: LastMessages) -> Figure:
 
 
 def draw_grid(axes: Axes, grid: Any) -> None:
-    """Draw an occupancy grid where its origin puts it."""
+    """Draw an occupancy grid at its origin."""
     info, cells = grid.info, grid.data.reshape(grid.info.height, grid.info.width)
     x, y = info.origin.position.x, info.origin.position.y
     shades = np.select([cells == value for value in GREYS], list(GREYS.values()))

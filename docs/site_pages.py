@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from latex2mathml.converter import convert
@@ -25,7 +26,7 @@ REMOTE = re.compile(
 )
 CODE_LINK = re.compile(r"\]\((?:\.\./)+(slam/[\w/]+)(?:\.py)?\)")
 ROOT_PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
-"""Pages of the site by the files of the repository's root that they show."""
+"""Page of the site for each file in the repository's root."""
 ROOT_LINK = re.compile(rf"\]\(\.\./({'|'.join(map(re.escape, ROOT_PAGES))})")
 FILE_LINK = re.compile(r"\[([\w/-]+\.md)\]\(((?:\.\./)*)([\w/-]+\.md)([^)]*)\)")
 """A link whose text is the name of its file."""
@@ -36,7 +37,7 @@ INLINE_CODE = re.compile(r"(?<!</span>)(?<!<pre>)<code>[^<]+</code>")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the pages that nobody writes."""
+    """Add the generated pages."""
     pages = {
         **{page: root_page(file) for file, page in ROOT_PAGES.items()},
         "reference/scenario.md": scenario(),
@@ -50,9 +51,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Lead links out of docs/ to what the site shows of these files, and name pages by their titles.
+    """Redirect links to files outside docs/ to the pages made of them, and show page titles instead of file names.
 
-    A module that the site does not show has no link.
+    A link to a module without a page loses its target.
     """
     packages = api_packages(config)
     up = "../" * page.url.count("/")
@@ -72,9 +73,9 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Formulas as MathML, which browsers draw by themselves; a picture leads to itself, in its own size.
+    """Turn formulas into MathML, which browsers render natively, and link every picture to its full-size file.
 
-    Where a phone may end lines of code is marked.
+    Long inline code gets break points for narrow screens.
     """
 
     def drawn(match: re.Match[str]) -> str:
@@ -89,7 +90,7 @@ def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files
 
 
 def breakable(code: str) -> str:
-    """Mark where a line of inline code may end, and the options in it."""
+    """Insert break points into inline code, and mark the options in it."""
     code = re.sub(r"(?<=\w[./_=])(?=\w)", "<wbr>", code)
     return re.sub(r"(?<![\w-])--\w[\w-]*", r'<span class="option">\g<0></span>', code)
 
@@ -102,7 +103,7 @@ def on_post_build(config: MkDocsConfig) -> None:
 
 
 def root_page(file: str) -> str:
-    """Read a file of the repository's root, with its links as the site has them."""
+    """Read a file of the repository's root, and adapt its links to the site."""
     text = (ROOT / file).read_text().replace("[docs/", "[").replace("](docs/", "](")
     for other, page in ROOT_PAGES.items():
         text = text.replace(f"]({other}", f"]({page}")
@@ -110,58 +111,66 @@ def root_page(file: str) -> str:
 
 
 def scenario() -> str:
-    """Every key, from the schema."""
+    """Make the reference of all scenario keys from the schema."""
     from slam.scenario.reference import scenario_reference
 
     return linked_pages(scenario_reference())
 
 
 def environment() -> str:
-    """The manual, from the class's docstring."""
+    """Make the manual of the environment from its class docstring."""
     from slam.env.ids import find_env_id, manual
 
     return linked_pages(manual(find_env_id("Corridor-v0")))
 
 
 def commands() -> str:
-    """Every command with its options, as ``--help`` has them."""
+    """Make the reference of all commands and options from their ``--help`` texts."""
     from slam.cli.main import app
 
     command = get_command(app)
-    name_whole(command)
+    keep_first_sentences(command)
     context = command.make_context("hopslam", [], resilient_parsing=True)
     text = get_docs_for_click(obj=command, ctx=context, name="hopslam", title="Commands")
     text = re.sub(r"(`[^`]*`)|<", lambda match: match[1] or "&lt;", text).replace(
         "[bold]Examples[/bold]", "**Examples**:"
     )
-    text = re.sub(r"^(hopslam .*(?:\n\S.*)*)$", r"```sh\n\1\n```", text, flags=re.MULTILINE)
+    text = re.sub(
+        r"^(hopslam .*(?:\n\S.*)*)$", lambda match: f"```sh\n{wrapped(match[1])}\n```", text, flags=re.MULTILINE
+    )
     return linked_pages(text.replace("\n```\n\n```sh\n", "\n"))
 
 
-def name_whole(command: Any) -> None:
-    """Let lists of commands say the first sentence of each command whole."""
+def wrapped(example: str) -> str:
+    """Continue a long command on further lines, so that a page need not scroll."""
+    return " \\\n    ".join(wrap(example, 92, break_long_words=False, break_on_hyphens=False))
+
+
+def keep_first_sentences(command: Any) -> None:
+    """Use the whole first sentence of each command's help as its short help, which typer would truncate."""
     for part in getattr(command, "commands", {}).values():
         part.short_help = " ".join((part.short_help or part.help or "").partition("\n\n")[0].split())
-        name_whole(part)
+        keep_first_sentences(part)
 
 
 def linked_pages(text: str) -> str:
-    """Make links of the pages that a text of the code names, for a page in reference/."""
+    """Turn page names in a help text or docstring into links, for a page in reference/."""
     return NAMED_PAGE.sub(r"[\1](../\1)", text)
 
 
 def api_packages(config: MkDocsConfig) -> list[str]:
-    """The packages that the navigation has an API page of."""
+    """List the packages that have an API page in the navigation."""
     found: list[str] = re.findall(rf"{API}([\w.]+)\.md", str(config.nav))
     return found
 
 
 def api(package: str) -> str:
-    """Give each module of a package a heading, with what is public in it; of ``hopslam``, each name that it has."""
+    """Make the API page of a package: a section for each module, or for each public name of ``hopslam``."""
     if package == "hopslam":
         import hopslam
 
-        names = [f"hopslam.{name}" for name in hopslam.__all__]
+        blocks = [f"::: hopslam.{name}\n    options: {{show_attribute_values: false}}" for name in hopslam.__all__]
     else:
-        names = sorted(f"{package}.{path.stem}" for path in (ROOT / package.replace(".", "/")).glob("[!_]*.py"))
-    return "\n\n".join([f"# {package}", *(f"::: {name}" for name in names)])
+        paths = (ROOT / package.replace(".", "/")).glob("[!_]*.py")
+        blocks = sorted(f"::: {package}.{path.stem}" for path in paths)
+    return "\n\n".join([f"# {package}", *blocks])

@@ -33,7 +33,7 @@ class ArcosLine:
         self._decoder = PacketDecoder()
         self._began = self._heard_at = 0.0
         self.report_when_found_open: ReceivedPacket | None = None
-        """Last report of a robot that was left open, now at rest; its travel count never stopped."""
+        """Last report of a robot that was found open, after it came to rest; its counts of travel are still valid."""
 
     @property
     def refused(self) -> Sequence[bytes]:

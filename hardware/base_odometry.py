@@ -14,7 +14,7 @@ from slam.pose import Pose2D, wrap_angle
 _SLACK: Final = Twist2D(0.02, 0.02)
 """Metres and radians by which a step may always differ from the wheels' speeds, for ramps and rounding."""
 _SLACK_TIME: Final = 0.1
-"""Seconds at these speeds by which a step may differ too, as reports are sometimes late."""
+"""Seconds by which a report may be late: a step may also differ by the motion in this time."""
 _SILENCE: Final = 0.3
 """Seconds without a report after which the base may have moved at any speed up to ``_FASTEST``."""
 _FASTEST: Final = Twist2D(1.2, 5.3)

@@ -20,7 +20,7 @@ from slam.scenario.schema import Scenario
 
 _LOG: Final = logging.getLogger("hopslam.robot")
 _LOST_SCANS: Final = 3.0
-"""Scan periods without a scan after which the robot is stopped, at least: a slow lidar may lose one."""
+"""Least number of scan periods without a scan after which the robot is stopped, as a slow lidar may lose one."""
 
 
 @cache
@@ -81,7 +81,7 @@ class RobotDevices:
 
     @property
     def limits(self) -> dict[str, float]:
-        """Return the ages, seconds, above which a command, a scan and odometry are too old to drive on."""
+        """Ages, seconds, above which a command, a scan and odometry are too old to drive on."""
         config = self._config
         scan = max(config.data_timeout, _LOST_SCANS * self.lidar.period)
         return {"command": config.command_timeout, "scan": scan, "odometry": config.data_timeout}

@@ -80,7 +80,7 @@ class LdPacket:
     def decode(cls, packet: bytes) -> LdPacket:
         """Read a packet; DecodeError for another or a damaged packet."""
         if len(packet) != SIZE or packet[:2] != HEADER:
-            raise DecodeError(f"{len(packet)} bytes that are no packet of twelve points")
+            raise DecodeError(f"{len(packet)} bytes that are not a packet of twelve points")
         if crc8(packet[:-1]) != packet[-1]:
             raise DecodeError("wrong CRC")
         _, speed, first, *points, last, time, _ = _LAYOUT.unpack(packet)

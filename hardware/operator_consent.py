@@ -43,11 +43,11 @@ class OperatorConsent:
         self.given = True
 
     def withdraw(self) -> None:
-        """Ask again, as somebody stopped the robot, unless ``yes`` was given."""
+        """Require a new answer, as somebody stopped the robot, unless ``yes`` was given."""
         self.given = self._always
 
     def revoke(self) -> None:
-        """Ask again in any case, as the program was suspended for an unknown time."""
+        """Require a new answer in any case, as the program was suspended for an unknown time."""
         self._always = self.given = False
         self._cure = "the program was suspended: start it again"
 

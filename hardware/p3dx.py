@@ -107,7 +107,7 @@ class P3dx:
         return sent
 
     def halt(self) -> None:
-        """Stop as hard as the robot can, and forget the velocity."""
+        """Stop with the largest deceleration, and forget the commanded velocity."""
         self._send(Command(CommandId.E_STOP), Command(CommandId.VEL, 0), Command(CommandId.RVEL, 0))
 
     def pulse(self) -> None:

@@ -21,7 +21,7 @@ from slam.scenario.robot_config import Limits
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _FIRST_BAUD: Final = 9600
 _BLIND_SPOT: Final = 0.5
-"""Longest watchdog, seconds, that needs no warning: so long may a robot drive on after its link is lost."""
+"""Longest watchdog, seconds, without a warning: a robot drives on for this time after its link is lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ def _set_up(line: ArcosLine, subclass: str, config: HardwareConfig, limits: Limi
     if units is None:
         known = ", ".join(UNITS)
         raise RobotError(
-            f"{line.port.url}: the units of a robot of subclass {subclass!r} are not known here, but {known}"
+            f"{line.port.url}: the units of a robot of subclass {subclass!r} are unknown; known are {known}"
         )
     settings = read_config(line, _stated_settings(config.settings))
     _check_watchdog(line, settings.watchdog, config.max_watchdog)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
 
-_NOT_A_PORT: Final = "this is no serial port; hopslam doctor without a name lists the serial ports"
+_NOT_A_PORT: Final = "this is not a serial port; hopslam doctor without a name lists the serial ports"
 _SILENT_HOST: Final = "the host does not answer; is it switched on, and in this network?"
 _REASONS: Final = {
     errno.ENOENT: "there is no such port; plug the device in, and hopslam doctor lists the ports",

@@ -21,7 +21,8 @@ _CLOSE: Final = 0
 _BEAT: Final = 0.1
 """Seconds between two looks at the clock."""
 _GAP: Final = 0.5
-"""Seconds without a check that only a suspended program has; SIGCONT also comes to one whose terminal is closed."""
+"""Seconds between two checks after which the program must have been suspended. SIGCONT alone does not prove that: a
+program also gets it when its terminal is closed."""
 _lock: Final = threading.Lock()
 _current: _ProcessWatch | None = None
 """The watch of this process; None while it has no robot."""
@@ -62,7 +63,7 @@ class _ProcessWatch:
 
     def __init__(self) -> None:
         self._stops: list[StopCallbacks] = []
-        self._wake, self._wakeup = socket.socketpair()  # the one kind of pipe that all systems can wait at
+        self._wake, self._wakeup = socket.socketpair()  # all systems can poll sockets, but not pipes
         self._wakeup.setblocking(False)
         self._streams = StreamWatch(self._wake)
         self._over: tuple[str, RobotError] | None = None

@@ -27,7 +27,7 @@ _LOOK: Final = 0.1
 """Seconds between two checks whether the program was told to end."""
 _LAST_WAIT: Final = 0.2
 """Seconds for which the program, told to end, still waits for a scan."""
-_LONGEST_GAP: Final = 2.0
+_LEAST_WAIT: Final = 2.0
 """Least scan periods for which ``observe`` waits."""
 _ANY_BAUD: Final = 9600
 """Bit rate at which a port is opened to test it; nothing is sent."""
@@ -112,7 +112,7 @@ class HardwareRobot(Closing):
         """
         devices = self._opened()
         devices.base.pulse()
-        until = time.monotonic() + max(timeout, _LONGEST_GAP * devices.lidar.period)
+        until = time.monotonic() + max(timeout, _LEAST_WAIT * devices.lidar.period)
         while (scan := self._next_scan(devices, until)) is not None:
             last_beam = scan.stamp + (len(scan.ranges) - 1) * scan.time_increment
             odometry = devices.base.odometry(scan.stamp, last_beam, until)

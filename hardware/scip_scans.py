@@ -21,13 +21,13 @@ _FILL: Final = 0.9
 def choose_request(parameters: SensorParameters, baud: int | None) -> ScanRequest:
     """Choose the largest scans that the bit rate of this line allows; None is a line without a bit rate."""
     full = ScanRequest("MD", parameters.first, parameters.last)
-    if baud is None or _fits(full, parameters, baud) <= 1:
+    if baud is None or _turns_per_scan(full, parameters, baud) <= 1:
         return full
     short = ScanRequest("MS", parameters.first, parameters.last)
-    return ScanRequest("MS", short.first, short.last, interval=min(9, _fits(short, parameters, baud) - 1))
+    return ScanRequest("MS", short.first, short.last, interval=min(9, _turns_per_scan(short, parameters, baud) - 1))
 
 
-def _fits(request: ScanRequest, parameters: SensorParameters, baud: int) -> int:
+def _turns_per_scan(request: ScanRequest, parameters: SensorParameters, baud: int) -> int:
     """Return the number of turns for which the answer of one scan occupies the line."""
     size = request.values * request.width
     length = size + 2 * ceil(size / DATA_LINE) + _HEAD

@@ -29,8 +29,8 @@ _UPDATE: Final = (
     "speaks SCIP 1 only: update the firmware to 3.0 or later with the tool of Hokuyo's download page (Windows, over "
     "USB), or have the dealer do it"
 )
-_SILENCES: Final = 2
-"""Unanswered questions after which a bit rate is given up."""
+_MAX_UNANSWERED: Final = 2
+"""Unanswered commands after which a bit rate is given up."""
 
 
 def connect_lidar(line: ScipLine, baud: int) -> None:
@@ -42,7 +42,7 @@ def connect_lidar(line: ScipLine, baud: int) -> None:
     bauds = [baud, *others] if line.port.has_baud else [line.port.baud]
     for rate in bauds:
         line.port.baud = rate
-        if _silence(line):
+        if _stop_and_switch_to_scip2(line):
             _change_baud(line, baud)
             return
     for rate in _OLD_BAUDS if line.port.has_baud else bauds:
@@ -72,18 +72,18 @@ def stop_scans(line: ScipLine) -> None:
                 return
 
 
-def _silence(line: ScipLine) -> bool:
-    """Silence a sensor and bring it to SCIP 2.0; False if none answers at this bit rate.
+def _stop_and_switch_to_scip2(line: ScipLine) -> bool:
+    """Stop the scans of a sensor and switch it to SCIP 2.0; False if none answers at this bit rate.
 
     RobotError for a sensor that answers, but does not have SCIP 2.0.
     """
     line.send("")  # ends what an earlier client may have left unfinished
-    reply, silences = None, 0
+    reply, unanswered = None, 0
     for _ in range(_ROUNDS):
         answer = line.ask("QT")
         if answer is None:
-            silences += 1
-            if silences == _SILENCES:
+            unanswered += 1
+            if unanswered == _MAX_UNANSWERED:
                 break
             continue
         reply = answer

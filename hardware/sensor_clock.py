@@ -15,10 +15,11 @@ class SensorClock:
     """Maps the sensor's time stamps to the host's clock: unwraps them, and follows offset and drift.
 
     Stamps wrap after ``wrap`` seconds. An event reaches the host after a known delay of at least ``least_delay``
-    seconds, plus a varying one. The smallest difference of the two clocks seen so far is taken as the true one. The
-    estimate follows a smaller difference at once, and grows only as fast as the largest drift, so that it keeps to the
-    least delays of the recent past. Times rise strictly, from ``after`` on: while the estimate falls, after arrivals
-    that the link had delayed, times rise by the least step, and the clock is not ``settled``.
+    seconds, plus a varying one. The offset of the two clocks is therefore estimated from the events with the shortest
+    delays: a smaller difference is taken over at once, a larger one only as fast as the clocks can drift.
+
+    The returned times always increase, and begin after ``after``. If the first events arrived late, the estimate falls
+    later; until the true times have caught up, the returned ones increase by the least step, and ``settled`` is False.
     """
 
     def __init__(self, wrap: float, least_delay: float = 0.0, after: float = -inf) -> None:
@@ -43,8 +44,8 @@ class SensorClock:
     def host_time(self, sensor_time: float, arrival: float) -> float:
         """Return the host's time of the event stamped ``sensor_time`` that arrived at ``arrival``, seconds.
 
-        The sensor's times of successive calls increase by less than ``wrap``. An ``arrival`` may be later than the real
-        one, except the first.
+        The sensor's times of successive calls increase by less than ``wrap``. Every ``arrival`` but the first may be
+        later than the true time of arrival.
         """
         passed = 0.0 if self._sensor is None else (sensor_time - self._sensor) % self._wrap
         expected = inf if self._sensor is None else self._offset + _FASTEST_DRIFT * passed

@@ -20,15 +20,15 @@ class SpeedCommands(ABC):
     def __init__(self, limits: Limits, half_track: float) -> None:
         self._limits = limits
         self._half_track = half_track
-        self._rest = (0.0, 0.0)
+        self._remainder = (0.0, 0.0)
 
     def commands_for(self, twist: Twist2D) -> tuple[list[Command], Twist2D]:
         """Return the commands for this velocity, clipped to the limits, and the velocity that they command."""
         if twist == Twist2D():
-            self._rest = (0.0, 0.0)
-        wanted = [a + b for a, b in zip(self._speeds(self._within_limits(twist)), self._rest, strict=True)]
+            self._remainder = (0.0, 0.0)
+        wanted = [a + b for a, b in zip(self._speeds(self._within_limits(twist)), self._remainder, strict=True)]
         first, second = (round(speed / step) * step for speed, step in zip(wanted, self.step, strict=True))
-        self._rest = wanted[0] - first, wanted[1] - second
+        self._remainder = wanted[0] - first, wanted[1] - second
         return self._commands(first, second), self._twist(first, second)
 
     def _within_limits(self, twist: Twist2D) -> Twist2D:

@@ -28,9 +28,9 @@ _LOG: Final = logging.getLogger("hopslam.robot")
 class StopSignals:
     """Writes the numbers of signals to ``fd`` from ``install`` to ``remove``, even while the main thread is busy.
 
-    Signals that would end the program immediately raise SystemExit in it instead. Signals that would suspend it do
-    nothing more; the reader of ``fd`` suspends it when the robot is at rest. Signals that the program handles or
-    ignores are left to it. Only the main thread can install handlers; elsewhere a warning is logged.
+    A signal that would kill the program raises SystemExit in it instead. A signal that would suspend the program is
+    only written; the reader of ``fd`` suspends the program when the robot is at rest. Signals that the program handles
+    or ignores are left to it. Only the main thread can install handlers; elsewhere a warning is logged.
     """
 
     def __init__(self, fd: int) -> None:
@@ -38,7 +38,7 @@ class StopSignals:
         self._installed = False
         self._handled: list[int] = []
         self._previous_fd = -1
-        self.ending: set[int] = set(ENDING_SIGNALS)  # by signal, the handler that was there before
+        self.ending: set[int] = set(ENDING_SIGNALS)
         """Numbers of the signals that end the program."""
         self.suspending = set(_numbers(_SUSPENDING))
         """Numbers of the signals that suspend it."""
@@ -61,7 +61,7 @@ class StopSignals:
         self._installed = True
 
     def reclaim(self) -> None:
-        """Take the numbers back from whoever has claimed them since, an event loop for example, and pass them on."""
+        """Receive the numbers again if other code, such as an event loop, has redirected them to itself."""
         if self._installed and _in_main_thread():
             other = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
             if other != self._fd:

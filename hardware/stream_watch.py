@@ -29,7 +29,7 @@ class StreamWatch:
             self._poll.register(wake, select.POLLIN)
 
     def wait(self, timeout: float) -> tuple[bool, list[str]]:
-        """Wait at most so many seconds; return whether bytes arrived, and the names of the streams that were lost."""
+        """Wait at most ``timeout`` seconds; return whether bytes arrived, and the names of the lost streams."""
         if sys.platform == "win32":
             return bool(select.select([self._wake], [], [], timeout)[0]), []
         ready = [fd for fd, _ in self._poll.poll(1e3 * timeout)]

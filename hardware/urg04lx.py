@@ -29,7 +29,7 @@ _POLL: Final = 0.1
 """Seconds after which the thread checks whether it should end."""
 _SILENCE: Final = 1.5
 _LOST_SCANS: Final = 5
-"""Scan periods without a scan, and least seconds, after which the sensor is opened again."""
+"""The sensor is opened again after _LOST_SCANS periods without a scan, but not before _SILENCE seconds."""
 
 
 class Urg04lx:

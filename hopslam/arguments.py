@@ -14,10 +14,12 @@ MIN_BEAMS: Final = 3
 """Fewest beams of a scan: a line always passes through two points."""
 FULL_TURN: Final = 2.0 * pi + 1e-6
 """A full turn in radians, with room for rounding."""
-_FARTHEST: Final = 200.0
+_FARTHEST: Final = 100.0
 """Metres; if half of the ranges are longer, their unit is not the metre."""
 _FARTHEST_WHOLE: Final = 20.0
 """The same limit for ranges that are all whole numbers, as millimetres are."""
+_LARGEST_ROBOT: Final = 20.0
+"""Metres; no lidar is mounted farther from the middle of its robot."""
 _LONGEST_REACH: Final = 1000.0
 """Metres that no lidar reaches."""
 _LATEST: Final = 1e11
@@ -80,11 +82,19 @@ def checked_start(name: str, given: Any) -> Pose2D:
     return pose
 
 
+def checked_mount(name: str, given: Any) -> Pose2D:
+    """Check the pose of a lidar on its robot; InputError for millimetres and degrees."""
+    pose = checked_start(name, given)
+    if (distance := pose.distance(Pose2D())) > _LARGEST_ROBOT:
+        raise InputError(f"{name} is {distance:g} from the robot and looks like millimetres; give metres")
+    return pose
+
+
 def checked_number(name: str, given: Any, least: float | None = None, cure: str = "") -> float:
     """Check a number that is not nan, and is at least ``least`` where that is given."""
     end = f"; {cure}" if cure else ""
     if not _is_number(given):
-        raise InputError(f"{name} is {shown(given)}, no number{end}")
+        raise InputError(f"{name} is {shown(given)}, not a number{end}")
     number = float(given)
     if number != number or (least is not None and number < least):
         raise InputError(f"{name} is {number:g}, not {f'{least:g} or more' if least is not None else 'a number'}{end}")
@@ -144,7 +154,7 @@ def _row(name: str, given: Any, cure: str) -> FloatArray:
     try:
         return np.array(array, np.float64)
     except OverflowError as error:
-        raise InputError(f"{name} is no row of numbers; {cure}") from error
+        raise InputError(f"{name} is not a row of numbers; {cure}") from error
 
 
 def _cure_of_shape(name: str, array: Any) -> str:
@@ -159,8 +169,8 @@ def _fault_of_items(items: Any) -> str:
     """Describe the first item that is not a number, as in ``[3] is None``."""
     for k, item in enumerate(items):
         if not _is_number(item):
-            return f"[{k}] is {shown(item)}, no number"
-    return " is no row of numbers"
+            return f"[{k}] is {shown(item)}, not a number"
+    return " is not a row of numbers"
 
 
 def _is_number(item: Any) -> bool:

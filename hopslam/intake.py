@@ -45,12 +45,12 @@ class Intake:
             raise InputError(f"scan {self._count}: {error}") from error
         self._count, self._odometry = self._count + 1, pose
         self._stamp = None if given.stamp is None else time
-        self._warn_of_nothing(given)
+        self._warn_if_nothing_seen(given)
         scan = given.laser_scan(time)
         T_odom_base = (pose or Pose2D()) @ twist.motion(scan.stamp - time)  # a clockwise scan begins with its last beam
         return scan, Odometry(scan.stamp, T_odom_base, twist), pose is not None
 
-    def _warn_of_nothing(self, scan: Scan) -> None:
+    def _warn_if_nothing_seen(self, scan: Scan) -> None:
         """Warn as long as no scan has had a distance: the caller may have taken the wrong array."""
         self._has_seen = self._has_seen or bool(len(scan.points))
         if not self._has_seen:
@@ -91,10 +91,8 @@ class Intake:
         last = self._odometry or pose
         motion = last.between(pose)
         if abs(pose.theta - last.theta) > _FASTEST_TURN or (self._odometry is None and abs(pose.theta) > _FASTEST_TURN):
-            raise InputError(
-                f"odometry[2], theta, goes from {last.theta:g} to {pose.theta:g} in one scan and looks like degrees; "
-                "give radians"
-            )
+            change = f"is {pose.theta:g}" if last is pose else f"goes from {last.theta:g} to {pose.theta:g} in one scan"
+            raise InputError(f"odometry[2], theta, {change} and looks like degrees; give radians")
         if (distance := motion.distance(Pose2D())) > _FARTHEST_MOVE:
             raise InputError(
                 f"odometry moves by {distance:g} in one scan; give metres: divide millimetres by 1000; "

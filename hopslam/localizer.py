@@ -4,7 +4,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from hopslam.arguments import checked_lidar, checked_start
+from hopslam.arguments import checked_lidar, checked_mount, checked_start
 from hopslam.intake import Intake
 from hopslam.line_map import Map, state_of
 from hopslam.scan import RANGE_MIN
@@ -35,7 +35,7 @@ class Localizer:
     ) -> None:
         self._config = slam_config(settings)
         self._saved = state_of(saved_map, self._config)
-        self._T_base_laser = checked_start("T_base_laser", T_base_laser)
+        self._T_base_laser = checked_mount("T_base_laser", T_base_laser)
         self._start = None if start is None else checked_start("start", start)
         self._intake = Intake(checked_lidar(range_min, range_max, time_increment))
         self._method: LineLocalizer | None = None  # set at the first scan, which shows whether there is odometry

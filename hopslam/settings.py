@@ -24,6 +24,11 @@ def slam_config(settings: SettingsLike) -> SlamConfig:
     for setting in given:
         if not isinstance(setting, str) or not setting.strip().startswith("slam."):
             raise ScenarioError(
-                f"settings: {shown(setting)} is no setting of the method; write slam.key=value, as in slam.mode=paper"
+                f"settings: {shown(setting)} is not a setting of the method; "
+                "write slam.key=value, as in slam.mode=paper"
             )
-    return load_scenario("replay", given).slam
+    try:
+        return load_scenario("replay", given).slam
+    except ScenarioError as error:
+        fault = str(error).removeprefix("--set").lstrip(": ")
+        raise ScenarioError(f"settings: {fault.replace('--set ', '')}") from error

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hopslam.arguments import checked_lidar, checked_seed, checked_start
+from hopslam.arguments import checked_lidar, checked_mount, checked_seed, checked_start
 from hopslam.intake import Intake
 from hopslam.line_map import Map, closed_map, state_of
 from hopslam.scan import RANGE_MIN
@@ -67,7 +67,7 @@ class Slam:
         self._config = slam_config(settings)
         if self._config.mode == "dead_reckoning":
             raise InputError("slam.mode=dead_reckoning looks at no scan; choose hopslam or paper")
-        self._T_base_laser, self._seed = checked_start("T_base_laser", T_base_laser), checked_seed(seed)
+        self._T_base_laser, self._seed = checked_mount("T_base_laser", T_base_laser), checked_seed(seed)
         self._intake = Intake(checked_lidar(range_min, range_max, time_increment))
         self._saved = None if saved_map is None else state_of(saved_map, self._config)
         first = Pose2D() if self._saved is None else self._saved.T_map_base
@@ -105,8 +105,8 @@ class Slam:
     def update(self, ranges: Any, angles: Any = None, odometry: Any = None, stamp: float | None = None) -> Estimate:
         """Take the next scan; return the estimate after it.
 
-        The scan is ``ranges`` (N,) in metres with ``angles`` (N,) in radians, or a Scan alone. ``odometry`` is the
-        robot's pose x, y, theta in the frame where its wheels were first read; ``stamp`` is the time of the first beam
+        The scan is ``ranges`` (N,) in metres with ``angles`` (N,) in radians, or a Scan alone. ``odometry`` is the pose
+        x, y, theta that the robot computes from its wheels, in any fixed frame; ``stamp`` is the time of the first beam
         in seconds. Give each with every scan or with none. Without odometry the motion is estimated from the scans
         alone. InputError names the scan and the wrong argument, and leaves the state unchanged.
         """

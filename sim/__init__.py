@@ -1,6 +1,6 @@
 """The simulated robot: a PyBullet world, a Pioneer P3-DX and a URG-04LX. Importing this registers the gym ids.
 
-It costs no PyBullet: the engine is loaded when an environment is made.
+It does not load PyBullet: that is loaded when an environment is made.
 """
 
 from slam.env.ids import register_ids

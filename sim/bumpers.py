@@ -11,7 +11,7 @@ SEGMENTS: Final = 5
 SEGMENT_ANGLE: Final = pi / 6.0
 """Angle of each segment, seen from the middle of the axle; the flanks between front and rear have none. Our choice."""
 TOUCH: Final = 1e-3
-"""Two bodies touch when closer than this, metres; PyBullet lists contacts from 20 mm on."""
+"""Two bodies touch when closer than this, metres; PyBullet lists contacts of bodies up to 20 mm apart."""
 
 Place = tuple[float, float, float]
 """x, y, theta of the base in the map."""

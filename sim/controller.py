@@ -15,7 +15,7 @@ from sim.firmware import (
     is_stalling,
     set_velocity,
     switch_on,
-    watch,
+    update_stall_protection,
     wheel_speeds,
 )
 from sim.records import ROBOT, model_of
@@ -138,7 +138,7 @@ def _look(
     base.rim_left, base.rim_right = WHEEL_RADIUS * left_speed, WHEEL_RADIUS * right_speed
     reckon(base, model, (noise[0], noise[1], noise[2], noise[3]))
     straining = is_stalling(base.rim_left, base.rim_right, left_torque, right_torque)
-    return watch(base, model, straining) and _tell_motors(robot)
+    return update_stall_protection(base, model, straining) and _tell_motors(robot)
 
 
 @compiled_in_order

@@ -19,8 +19,8 @@ Noise = tuple[float, float, float, float]
 @compiled_in_order
 def reckon(base: Any, model: Any, noise: Noise) -> None:
     """Read the encoders, and add the motion since the last reading to ``T_odom_base``."""
-    left = model.same_inverse * base.left - model.other_inverse * base.right
-    right = model.same_inverse * base.right - model.other_inverse * base.left
+    left = model.own_gain_inverse * base.left - model.cross_gain_inverse * base.right
+    right = model.own_gain_inverse * base.right - model.cross_gain_inverse * base.left
     left = np.rint(left * TICKS_PER_RADIAN) + np.rint(model.encoder_noise * noise[0])
     right = np.rint(right * TICKS_PER_RADIAN) + np.rint(model.encoder_noise * noise[1])
     travel_left = _travel(left - base.ticks_left, model.left_radius, model.travel_noise, noise[2])

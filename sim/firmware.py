@@ -91,7 +91,7 @@ def wheel_speeds(base: Any, model: Any) -> tuple[float, float]:
     """Return the speeds of the simulated wheels, rad/s, for the setpoint and the firmware's wheel radii and track."""
     rim = base.omega * model.track / 2.0
     left, right = (base.v - rim) / model.left_radius, (base.v + rim) / model.right_radius
-    return model.same * left + model.other * right, model.other * left + model.same * right
+    return model.own_gain * left + model.cross_gain * right, model.cross_gain * left + model.own_gain * right
 
 
 @compiled_in_order
@@ -108,7 +108,7 @@ def is_stalling(left_speed: float, right_speed: float, left_torque: float, right
 
 
 @compiled_in_order
-def watch(base: Any, model: Any, straining: bool) -> bool:
+def update_stall_protection(base: Any, model: Any, straining: bool) -> bool:
     """Count one control step for the stall protection; ``straining`` is the result of ``is_stalling``.
 
     Return True if the motors were switched off or on again; the ramps then start at rest. They are off while

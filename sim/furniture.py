@@ -25,7 +25,7 @@ SINKING: Final = 1e-4
 UPRIGHT: Final = 1e9
 """Inertia of furniture about its horizontal axes, kg m^2; so large that it does not tip over."""
 ARM_CELLS: Final = 16
-"""Cells along an edge of a footprint, and from its middle to the edge: the arm of a square is exact within 0.1 %."""
+"""Number of cells along each side of a triangle of the footprint; the friction arm of a square is exact to 0.1 %."""
 
 
 class Furniture:
@@ -131,8 +131,8 @@ def _part(prism: Prism) -> dict[str, Any]:
 def friction_arm(prisms: Sequence[Prism]) -> float:
     """Return the mean distance of the footprint from the origin, metres.
 
-    Times the sliding friction, it is the moment that resists turning about the origin under uniform pressure: 2 R / 3
-    for a disc, L / 4 for a thin rod.
+    The moment that resists turning about the origin is this distance times the sliding friction, if the pressure is
+    uniform. The distance is 2 R / 3 for a disc, and L / 4 for a thin rod.
     """
     bottom = min(prism.bottom for prism in prisms)
     moments = np.sum([_moments(prism.footprint) for prism in prisms if prism.bottom == bottom], axis=0)

@@ -10,7 +10,7 @@ from slam.compiled import compiled
 from slam.pose import FloatArray
 
 LEG_HEIGHT: Final = 0.85
-"""Height, metres; above it a person has nothing that a lidar sees or a robot hits."""
+"""Height of people's legs, metres; people have no other parts, so a lidar above this does not see them."""
 
 
 @compiled

@@ -63,10 +63,12 @@ NOISES: Final[dict[NoiseName, Noise]] = {
 
 
 @compiled_on_views
-def add_bounded_noise(ranges: FloatArray, near: float, near_range: float, far: float, normal: FloatArray) -> None:
-    """Add Gaussian noise: standard deviation ``near`` metres up to ``near_range``, ``far`` times the range beyond."""
+def add_bounded_noise(
+    ranges: FloatArray, near_sigma: float, near_range: float, far_sigma_per_metre: float, normal: FloatArray
+) -> None:
+    """Add Gaussian noise: its standard deviation is constant up to ``near_range``, and grows with the range beyond."""
     for j in range(len(ranges)):
-        sigma = near if ranges[j] <= near_range else far * ranges[j]
+        sigma = near_sigma if ranges[j] <= near_range else far_sigma_per_metre * ranges[j]
         ranges[j] = ranges[j] + sigma * normal[j] if ranges[j] < np.inf else np.inf
 
 

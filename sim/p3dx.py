@@ -32,7 +32,7 @@ class P3dx:
         self._wheels = [self._joint(b"left_wheel"), self._joint(b"right_wheel")]
         self.near: Callable[[], tuple[Any, ...]]
         self.near = world.bullet.prepared(pybullet.getContactPoints, self._body, linkIndexA=-1)
-        """List the places, as PyBullet does, where the body was near anything in the last physics step."""
+        """Function that returns PyBullet's contact points of the body in the last physics step, also those near it."""
         self._find_joints = world.bullet.prepared(pybullet.getJointStates, self._body, self._wheels)
         self._find_base = world.bullet.prepared(pybullet.getBasePositionAndOrientation, self._body)
         self._rolling = [0.0, 0.0]  # rad/s, of the simulated wheels
@@ -54,14 +54,14 @@ class P3dx:
     def park_far_away(self) -> None:
         """Move far from everything.
 
-        The engine then forgets the robot's neighbours, which ``World.restore`` does not undo, and which decide the
-        order in which contacts are solved.
+        The engine then forgets which bodies were near the robot. ``World.restore`` does not reset this list, and its
+        order decides the order in which contacts are solved.
         """
         self._world.park_far_away(self._body, 0)
         self._world.bullet.call(pybullet.performCollisionDetection)
 
     def restart(self, rng: np.random.Generator) -> None:
-        """Stop, without a command, for a world that was restored to its start; ``rng`` draws wheel errors."""
+        """Reset the controller after the world was restored to its start; ``rng`` draws the wheel errors."""
         self._rng = rng
         self.controller.restart()
         self._run_motors()

@@ -13,7 +13,7 @@ from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.scenario.schema import Scenario
 
 _RATE: Final = 100
-"""Turns a second of the emulated firmware's loop: how often ``advance`` is called."""
+"""Frequency, Hz, of the emulated firmware's loop, which calls ``advance``."""
 
 
 def plan_plant(scenario: Scenario) -> "SimPlant":

@@ -21,7 +21,7 @@ BASE: Final = np.dtype(
         ("ticks_left", "i8"), ("ticks_right", "i8"),  # at the last reading
         ("odom_x", "f8"), ("odom_y", "f8"), ("odom_theta", "f8"),  # T_odom_base
         ("travel_left", "f8"), ("travel_right", "f8"),  # metres rolled by the odometry, since the last report
-        # Counters and state of the stall protection, see sim.firmware.watch:
+        # Counters and state of the stall protection, see sim.firmware.update_stall_protection:
         ("straining_steps", "i4"), ("working_steps", "i4"), ("off_steps", "i4"), ("stalled", "i4"),
         # Only the kinematic model uses the rest: PyBullet keeps the true state itself.
         ("x", "f8"), ("y", "f8"), ("theta", "f8"),  # T_map_base
@@ -37,7 +37,8 @@ MODEL: Final = np.dtype(
         ("linear", "f8"), ("angular", "f8"),  # limits of the speed
         ("acceleration", "f8"), ("deceleration", "f8"), ("angular_acceleration", "f8"),  # per control step
         ("left_radius", "f8"), ("right_radius", "f8"), ("track", "f8"),  # as set in the firmware
-        ("same", "f8"), ("other", "f8"), ("same_inverse", "f8"), ("other_inverse", "f8"),  # slip, scrub
+        # Slip and scrub:
+        ("own_gain", "f8"), ("cross_gain", "f8"), ("own_gain_inverse", "f8"), ("cross_gain_inverse", "f8"),
         ("travel_noise", "f8"), ("encoder_noise", "f8"), ("wheels_spin", "i4"), ("firmware_units", "i4"),
         ("watchdog", "i4"), ("stall_steps", "i4"), ("recovery_steps", "i4"), ("substeps", "i4"), ("substep", "f8"),
     ],
@@ -55,19 +56,19 @@ def model_of(config: RobotConfig, physics_rate: int) -> NDArray[Any]:
     The motors turn the robot's wheels, and the encoders count them. Slip and scrub scale their motion before it reaches
     the simulated wheels, which have no error. With slip s and scrub k = TRACK / effective_track, the simulated
     wheels have (1 - s) times the mean motion of the robot's wheels, and (1 - s) k times their difference: a simulated
-    wheel turns by ``same`` times its own and ``other`` times the other's motion. ``same_inverse`` and
-    ``-other_inverse`` are the entries of the inverse matrix.
+    wheel turns by ``own_gain`` times the motion of its own wheel plus ``cross_gain`` times that of the other. The
+    inverse matrix has the entries ``own_gain_inverse`` and ``-cross_gain_inverse``.
     """
     limits, believed, traction, rate = config.limits, config.odometry, config.traction, config.control_rate
     kept, scrub = 1.0 - traction.slip, TRACK / traction.effective_track
-    same, other, det = kept * (1.0 + scrub) / 2.0, kept * (1.0 - scrub) / 2.0, kept * kept * scrub
+    own_gain, cross_gain, det = kept * (1.0 + scrub) / 2.0, kept * (1.0 - scrub) / 2.0, kept * kept * scrub
     spins = traction.friction * AXLE_LOAD < 2.0 * MOTOR_TORQUE / WHEEL_RADIUS
     return np.array(
         [(
             limits.linear, limits.angular, limits.acceleration / rate, limits.deceleration / rate,
             limits.angular_acceleration / rate, believed.left_radius, believed.right_radius, believed.track,
-            same, other, same / det, other / det, believed.travel_noise, believed.encoder_noise, spins,
-            believed.firmware_units,
+            own_gain, cross_gain, own_gain / det, cross_gain / det, believed.travel_noise, believed.encoder_noise,
+            spins, believed.firmware_units,
             round(WATCHDOG * rate), round(STALL_TIME * rate), round(RECOVERY_TIME * rate), physics_rate // rate,
             1.0 / physics_rate,
         )],

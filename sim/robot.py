@@ -42,9 +42,9 @@ class SimRobot(Closing):
     def observe(self, timeout: float = 1.0) -> Observation | None:
         """Let the time of one scan pass, and take the scan; None once the scenario's duration is over.
 
-        ``timeout`` has no effect here: the simulation computes the next scan for as long as it takes. Between two
-        control steps the beams' poses are interpolated: at the default limits and rate the path is then straighter by
-        0.02 mm and 0.06 mrad.
+        ``timeout`` has no effect: the simulation computes the next scan for as long as it takes. The poses of the beams
+        are interpolated between control steps; at the default limits and rate the error of this is at most 0.02 mm and
+        0.06 mrad.
         """
         self._require_open()
         body, clock = self._body, self._clock

@@ -22,7 +22,7 @@ SOLVER_ITERATIONS: Final = 60
 """Solver iterations: with PyBullet's 50 a robot at rest creeps 2 um/s, with 60 less than half of it; each costs 0.3 us
 per step."""
 RAYS_PER_CALL: Final = 8192
-"""Largest number of rays per call: PyBullet silently drops rays from 16,384 on."""
+"""Largest number of rays per call: PyBullet silently drops all rays after the first 16,384."""
 
 YIELDING: Final = {"contactStiffness": 2000.0, "contactDamping": 1000.0}
 """Softness of a pillar, N/m and N s/m: a pillar placed inside the robot pushes it gently aside; a hard one flings

@@ -75,8 +75,8 @@ def fan_interval(fan: Fan, begin: float, width: float, turn: int, rays: int) -> 
 def stop_at_walls(rays: FloatArray, ranges: FloatArray, plan: WallPlan, world: int) -> None:
     """Shorten ``ranges`` (N,), at most the plan's range limit, where a wall of this world is nearer along a ray.
 
-    Seen from an origin ``spread`` aside, the bearing of an end of a wall at distance d differs by asin(spread / d) at
-    most.
+    The rays of a turning lidar begin at different places, at most ``spread`` from their middle. There the bearing of a
+    wall's end at distance d differs by at most asin(spread / d).
     """
     fan = fan_of(rays)
     far = (plan.reach + fan.spread) ** 2
@@ -150,9 +150,9 @@ def _stop_at_wall(
 
 @compiled_on_views
 def stop_at_legs(rays: FloatArray, ranges: FloatArray, legs: FloatArray, radii: FloatArray, steps: float) -> None:
-    """Shorten ``ranges`` (N,) where a leg, a circle of ``radii`` (L,), is nearer when the ray starts.
+    """Shorten ``ranges`` (N,) where a leg, a circle of ``radii`` (L,), is nearer at the time of the ray.
 
-    ``legs`` (C, L, 2) are its positions at C times; from one ray to the next the time advances by ``steps`` rows.
+    ``legs`` (C, L, 2) are the positions at C times; from one ray to the next the time advances by ``steps`` rows.
     """
     fan = fan_of(rays)
     for leg in range(len(radii)):

@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from contextlib import nullcontext, suppress
+from functools import cached_property
 from typing import Any, Final, TypeVar, cast
 
 import numpy as np
@@ -81,11 +82,14 @@ class _HotLoop(CPUDispatcher):
 
     def __init__(self, function: Any, options: dict[str, Any]) -> None:
         super().__init__(function, targetoptions=options)
-        part = options | {"no_cpython_wrapper": True}
-        self._part_compiler = _FunctionCompiler(function, self.targetdescr, part, {}, Compiler)
         self._parts: dict[Any, Any] = {}  # results by types of arguments, like numba's ``overloads``
         with suppress(RuntimeError):  # there is no place to keep it, neither beside the source nor in the home folder
             self._cache = KeptCode(function)
+
+    @cached_property
+    def _part_compiler(self) -> Any:
+        options = self.targetoptions | {"no_cpython_wrapper": True}
+        return _FunctionCompiler(self.py_func, self.targetdescr, options, {}, Compiler)
 
     def compile(self, sig: Any) -> Any:
         """Return the entry for arguments of these types, compiled if it is not yet; numba calls this."""

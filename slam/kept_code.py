@@ -5,7 +5,7 @@
 
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -32,13 +32,26 @@ class KeptCode(FunctionCache):
         self.file_stamp = self._cache_file._source_stamp
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
+        """Return the code for arguments of these types; None if there is none that is valid and can be read."""
         self._look_up_sources()
-        return super().load_overload(signature, target_context)
+        return self._read(lambda: super(KeptCode, self).load_overload(signature, target_context))
 
     def is_empty(self) -> bool:
         """Return True if there is a place for this function's code, and no valid code in it."""
         self._look_up_sources()
-        return self._enabled and not self._cache_file._load_index()
+        return self._enabled and not self._read(self._cache_file._load_index)
+
+    def _read(self, read: Callable[[], Any]) -> Any:
+        """Read from disk; if that fails, drop the code and return None.
+
+        It fails after a file was cut by a full disk, and where a type of the code has gone or has another name.
+        """
+        try:
+            return read()
+        except Exception:  # noqa: BLE001  # a damaged pickle raises nearly any
+            with suppress(OSError):
+                self._cache_file.flush()
+            return None
 
     @contextmanager
     def compiled_once(self) -> Iterator[None]:
@@ -79,7 +92,7 @@ def _full_name(function: Any) -> str:
 
 
 def _named_values(function: Any) -> Iterator[tuple[str, Any]]:
-    """Return full names and values of the globals in a function's code and annotations, and of modules' attributes."""
+    """Yield full names and values of the globals in a function's code and annotations, and of modules' attributes."""
     names = {name for annotation in function.__annotations__.values() for name in re.findall(r"\w+", str(annotation))}
     names |= _names(function.__code__)
     modules = [value for name in names if isinstance(value := function.__globals__.get(name), ModuleType)]

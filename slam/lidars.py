@@ -89,8 +89,8 @@ class LidarModel:
     near_range: float
     far_accuracy: float
     noise: tuple[float, float, float] | None = None
-    """The maker's own bound of the noise alone, in three standard deviations, as near and far accuracy above; None if
-    that is the accuracy."""
+    """The maker's bound of the noise without constant errors, three standard deviations: near accuracy, near range and
+    far accuracy as above; None if the maker gives only the accuracy."""
     beams_vary: int = 0
     """Number of beams by which a turn may differ from the description."""
 

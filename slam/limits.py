@@ -37,7 +37,7 @@ UNPACKED_AT_ONCE: Final = Limit(
     64 * _MIB, "unpacked bytes", "a small file may unpack to this size, however well it is packed"
 )
 UNPACKED_PER_BYTE: Final = Limit(
-    1_000, "times the packed size", "scans pack to a fifth, and those of a simulated robot that stands to a 300th"
+    1_000, "times the packed size", "a scan packs to a fifth of its size, that of a standing robot to a 300th"
 )
 UNPACKED: Final = Limit(100_000 * _MIB, "unpacked bytes", "a day of a fast lidar, with the pictures of a camera")
 BEAMS: Final = Limit(50_000, "beams a scan", "the finest planar lidars have 25,200")
@@ -61,14 +61,14 @@ CASES: Final = Limit(10_000, "cases of a sweep", "each is checked before the fir
 
 LIMITS: Final[dict[str, Limit]] = {
     "Bytes of one chunk or message of a bag": CHUNK,
-    "Bytes unpacked of any file": UNPACKED_AT_ONCE,
-    "Bytes unpacked per byte read, beyond that": UNPACKED_PER_BYTE,
-    "Bytes unpacked of a file in all": UNPACKED,
+    "Bytes that any packed file may unpack to": UNPACKED_AT_ONCE,
+    "Beyond that: unpacked bytes per packed byte": UNPACKED_PER_BYTE,
+    "Beyond that: unpacked bytes in all": UNPACKED,
     "Bytes of a line of a text log": LINE,
     "Beams of a scan": BEAMS,
     "Scans of a log": SCANS,
     "Metres between a pose of a log and its start": FROM_START,
-    "Metres between two poses of a log, beyond 15 m/s": STEP,
+    "Metres by which a step of a log may exceed 15 m/s": STEP,
     "Cells of a map": MAP_CELLS,
     "Cells of an occupancy map that is exported": ROS_MAP_CELLS,
     "Pixels of a map's picture": PIXELS,

@@ -47,7 +47,7 @@ class LineLocalizer:
         self.config, self.T_base_laser = config, T_base_laser
         self.points = self.lines = surfel_map
         self.noise = noise or LearntNoise.start(config.lines)  # learnt noise of the ranges
-        search = config.matching.search.model_copy(update={"anywhere": 0.0})  # the whole map's is better
+        search = config.matching.search.model_copy(update={"anywhere": 0.0})  # GlobalSearch replaces it
         self._tracking = config.matching.model_copy(update={"search": search})
         self._without_search = config.matching.model_copy(update={"search": NO_SEARCH})
         self._search = GlobalSearch.of_map(surfel_map)
@@ -56,7 +56,7 @@ class LineLocalizer:
         """True while the pose of the robot is known."""
         self._told: Pose2D | None = None  # T_map_base, given by the user, for the next scan
         self._T_odom_base: Pose2D | None = None
-        self._moved = np.inf  # motion since the last evidence, metres and radians added; the first scan is evidence
+        self._moved = np.inf  # motion since the last evidence, metres plus radians; the first scan is evidence
         self._evidence_at: Pose2D | None = None  # T_map_base of the best hypothesis then
         self._evidence_count = 0  # pieces of evidence since the last search
 
@@ -168,7 +168,7 @@ class LocalizeThenMap:
 
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, timing: Timing = STEPPED) -> None:
         self.T_base_laser, self._config, self._saved, self._timing = T_base_laser, config, saved, timing
-        self._scans = 0  # the last estimate before the pose was known
+        self._scans = 0  # number of scans before the pose was known
         self.points = self.lines = saved.mapper.map
         self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map, noise=saved.noise)
         self.slam: LineSlam | None = None
@@ -201,5 +201,5 @@ def _most_evidence_first(hypothesis: PoseHypothesis) -> float:
 
 
 def _size(motion: Pose2D) -> float:
-    """Return the length of a motion, metres and radians added."""
+    """Return the length of a motion, the sum of metres and radians."""
     return motion.distance(Pose2D()) + abs(motion.theta)

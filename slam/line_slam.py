@@ -28,7 +28,7 @@ class Estimate:
     stamp: float
     T_map_base: Pose2D
     segments: Segments | None = None
-    """Segments in the sensor frame; None if the scan was not used and the pose is odometry since one that was."""
+    """Segments in the sensor frame; None if the scan was not used: the pose is then odometry since the last used."""
     match: Match = NO_MATCH
     map_points: int = 0
     """Size of the map after this scan: points in paper mode, surfels in this project's own."""
@@ -90,7 +90,7 @@ class LineSlam:
         self.T_local_base = T_map_base or Pose2D()  # the anchor: the true pose at the first scan (section 4)
         self.noise = LearntNoise.start(config.lines)  # learnt noise of the ranges
         self.mapper: Mapper = make_mapper(config, T_base_laser, seed)
-        self.loops = LoopClosing.beside(self.mapper, timing)
+        self.loops = LoopClosing.for_mapper(self.mapper, timing)
         self.scans = 0  # number of scans so far
         self.T_odom_base: Pose2D | None = None  # odometry at the last scan
         self.T_local_mapped: Pose2D | None = None  # T_local_base at the last scan that was matched

@@ -71,20 +71,20 @@ def _same_flags(flags: TargetConfig, other: object) -> Any:
 
 
 def makes_code(target_context: Any) -> bool:
-    """Return True if a hot loop is being compiled; the present function is then called by it."""
+    """Return True while a hot loop is being compiled: numba then compiles one of its callees."""
     return isinstance(target_context.codegen(), _CodeGenerator)
 
 
 class _Code(JITCodeLibrary):
     """Code of a function, optimised when Python first asks for it, with copies of all its callees.
 
-    numba optimises a function alone, and again with each of its direct and indirect callers. Here a function that only
-    compiled code calls is a part of its callers, and never optimised alone. A caller has its own copies: optimised with
-    the caller, they may add in another order than the callee alone, and results must not depend on which was compiled
-    first.
+    numba optimises each function alone, and again inside each of its direct and indirect callers. Here a function that
+    only compiled code calls is not optimised alone: each caller has its own copy of it. A function that Python calls
+    too is optimised both ways. The two results may sum in different orders, so callers never share code with it:
+    otherwise results would depend on which was compiled first.
     """
 
-    _alone: Any = None
+    _unlinked_module: Any = None
 
     def add_llvm_module(self, ll_module: Any) -> None:
         self._final_module.link_in(ll_module)
@@ -98,8 +98,8 @@ class _Code(JITCodeLibrary):
 
     def finalize(self) -> None:
         """Link and optimise; the parts stay unchanged for other callers."""
-        self._alone, self._final_module = self._final_module, self._final_module.clone()
-        own = {function.name for function in self._alone.functions if not function.is_declaration}
+        self._unlinked_module, self._final_module = self._final_module, self._final_module.clone()
+        own = {function.name for function in self._unlinked_module.functions if not function.is_declaration}
         for library in self._callees():
             self._reload_init.update(library._reload_init)
             part = library.part if isinstance(library, _Code) else library._get_module_for_linking()
@@ -113,11 +113,11 @@ class _Code(JITCodeLibrary):
 
     @cached_property
     def part(self) -> Any:
-        """Return the code of this function alone, which its callers link.
+        """Code of this function alone, which its callers link.
 
-        Two of them may contain the same helper of numba's.
+        Symbols may occur in several parts, as two functions may contain the same helper of numba's.
         """
-        module = (self._alone or self._final_module).clone()
+        module = (self._unlinked_module or self._final_module).clone()
         for function in module.functions:
             if not function.is_declaration and function.linkage == Linkage.external:
                 function.linkage = "linkonce_odr"
@@ -135,7 +135,7 @@ class _Code(JITCodeLibrary):
 
 
 class _CodeGenerator(JITCPUCodegen):
-    """Generates Code objects in its own engine."""
+    """Generates ``_Code`` objects in its own engine."""
 
     _library_class = _Code
 

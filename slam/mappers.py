@@ -23,7 +23,7 @@ def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
 def surfel_mapper(config: SlamConfig, T_base_laser: Pose2D, state: SurfelMapperState, submap: int = 0) -> SurfelMapper:
     """Make this project's own mapper from a state.
 
-    With loop closing, it uses submaps, numbered from ``first_submap``.
+    With loop closing, it uses submaps, numbered from ``submap`` on.
     """
     assert isinstance(config.matching, LeastSquaresConfig)
     if config.loops == "never":

@@ -62,6 +62,6 @@ class OldNames(MetaPathFinder):
 
 
 def find_old_names() -> None:
-    """Let Python find renamed modules under their old names, before folders that a renaming left behind."""
+    """Let Python find renamed modules under their old names; an empty folder of the old name does not hide them."""
     if not any(isinstance(finder, OldNames) for finder in sys.meta_path):
         sys.meta_path.insert(0, OldNames())

@@ -20,7 +20,8 @@ def expect(place: str, value: Any, kind: type, raises: type[HopslamError] = Inpu
 def expect_parts(place: str, value: Any, names: Sequence[str], kind: str) -> None:
     """Check that a value has the attributes of a ``kind``; InputError lists the missing ones."""
     if missing := [name for name in names if not hasattr(value, name)]:
-        raise InputError(f"{place} is no {kind}: {type_name(value)} has no {', '.join(missing)}; see docs/extend.md")
+        fault = f"{type_name(value)} has no {', '.join(missing)}"
+        raise InputError(f"{place} is not a valid {kind}: {fault}; see docs/extend.md")
 
 
 def type_name(value: Any) -> str:
@@ -47,7 +48,7 @@ def expect_array(what: str, value: Any, shape: tuple[int | None, ...], kind: typ
 
 
 def expect_numbers(what: str, value: Any, names: tuple[str, ...]) -> None:
-    """Check that these attributes are finite numbers; InputError begins with ``what`` and names the first other."""
+    """Check that these attributes are finite numbers; InputError begins with ``what`` and names one that is not."""
     for name in names:
         number = getattr(value, name)
         if not isinstance(number, Real) or not isfinite(number):

@@ -21,8 +21,8 @@ class Battery:
 class Observation:
     """One scan, the odometry and, if the back end knows it, the true pose, all at ``scan.stamp``.
 
-    The twist of the odometry is the mean over the time of the beams, or since the last scan if they are taken at once:
-    it is used to deskew the scan.
+    The twist of the odometry is used to deskew the scan: it is the mean from the first beam to the last, or from the
+    last scan to this one if all beams are taken at once.
     """
 
     scan: LaserScan

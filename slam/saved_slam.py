@@ -80,7 +80,7 @@ def relocate(
     slam = LineSlam(config, T_base_laser, T_map_base, timing=timing)
     relocated = saved.mapper.relocated(T_map_base, RELOCATION_COVARIANCE)
     slam.mapper = surfel_mapper(config, T_base_laser, relocated, 0 if graph is None else graph.next_submap)
-    slam.loops = LoopClosing.beside(slam.mapper, timing, graph)
+    slam.loops = LoopClosing.for_mapper(slam.mapper, timing, graph)
     slam.noise = saved.noise
     return slam
 

@@ -107,7 +107,7 @@ def principal_axes(A: FloatArray) -> tuple[FloatArray, FloatArray]:
     for _ in range(_SWEEPS):
         for p in range(2):
             for q in range(p + 1, 3):
-                if abs(D[p, q]) > 1e-100 * abs(D[q, q] - D[p, p]):  # a smaller one turns nothing, and half^2 overflows
+                if abs(D[p, q]) > 1e-100 * abs(D[q, q] - D[p, p]):  # else no turn: half^2 overflows
                     half = 0.5 * (D[q, q] - D[p, p]) / D[p, q]
                     tangent = 1.0 / (half + np.copysign(np.sqrt(half * half + 1.0), half))
                     c = 1.0 / np.sqrt(tangent * tangent + 1.0)

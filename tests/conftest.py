@@ -115,7 +115,7 @@ def _rectangle(x0: float, y0: float, x1: float, y1: float) -> FloatArray:
 
 
 def _lap_path(laps: float, step: float = 0.12) -> list[Pose2D]:
-    """Along the sides of LAP, turning on the spot at its corners."""
+    """Drive along the sides of LAP, and turn on the spot at its corners."""
     poses, left, side = [], laps * 32.0, 0
     while left > 0.0:
         start, end = LAP[side % 4], LAP[(side + 1) % 4]

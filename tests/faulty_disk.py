@@ -8,7 +8,7 @@ from slam.files.disk import Disk
 
 
 class FaultyDisk(Disk):
-    """Counts all calls; that of number ``at`` fails with the error number ``fault``, or writes only half for None.
+    """Counts all calls; call number ``at`` fails with the error number ``fault``, or writes only half if that is None.
 
     With ``forever``, all calls after it fail too, as on a disk that is full.
     """

@@ -100,7 +100,7 @@ def try_scip(lines: tuple[bytes, ...]) -> None:
 
 
 def fuzz_arcos(size: int, seed: int) -> int:
-    """Feed that many bytes; the number of packets found."""
+    """Feed ``size`` bytes; return the number of packets found."""
     rng, decoder, seeds = random.Random(seed), PacketDecoder(), arcos_seeds()
     done = found = 0
     while done < size:
@@ -117,7 +117,7 @@ def fuzz_arcos(size: int, seed: int) -> int:
 
 
 def fuzz_scip(size: int, seed: int) -> int:
-    """Feed that many bytes; the number of answers found."""
+    """Feed ``size`` bytes; return the number of answers found."""
     rng, frames, commands, seeds, done, found = (
         random.Random(seed),
         FrameDecoder(),
@@ -141,7 +141,7 @@ def fuzz_scip(size: int, seed: int) -> int:
 
 
 def main() -> None:
-    """Both, and what they did to the memory."""
+    """Feed both decoders, and print by how much the memory grew."""
     size = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000_000
     for fuzz in (fuzz_arcos, fuzz_scip):
         fuzz(20_000, seed=0)

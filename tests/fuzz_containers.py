@@ -1,4 +1,4 @@
-"""Damaged files into every reader: ``python -m tests.fuzz_containers [INPUTS [SEED [READER...]]]``, from the top.
+"""Feed damaged files to every reader: ``python -m tests.fuzz_containers [INPUTS [SEED [READER...]]]``.
 
 Whatever comes in, only an error of slam.errors may come out. Each reader gets valid files of its kind, cut at every
 byte, and with bits and bytes changed, dropped and doubled; an input is made again from reader, seed and number.
@@ -27,12 +27,12 @@ class Findings:
 
     inputs: int = 0
     refused: int = 0
-    untamed: list[str] = field(default_factory=list)
+    unexpected: list[str] = field(default_factory=list)
     """Label and traceback of each other exception."""
 
 
 def damaged(whole: bytes, rng: random.Random) -> bytes:
-    """The bytes after one to four damages, or cut off."""
+    """Return the bytes with one to four random faults, or truncated."""
     data = bytearray(whole)
     if rng.random() < 0.2:
         return bytes(data[: rng.randrange(len(data) + 1)])
@@ -55,7 +55,7 @@ def damaged(whole: bytes, rng: random.Random) -> bytes:
 def inputs_of(
     name: str, files: dict[str, bytes], count: int, seed: int, most_cuts: int
 ) -> Iterator[tuple[str, str, bytes]]:
-    """Label, file and its bytes: all cuts, or so many of them, and that many damaged files."""
+    """Yield label, file and bytes: at most ``most_cuts`` truncated files, and ``count`` damaged ones."""
     for file, whole in files.items():
         for end in range(0, len(whole), max(len(whole) * len(files) // max(most_cuts, 1), len(whole) // _CUTS, 1)):
             yield f"{name} cut at {end}", file, whole[:end]
@@ -67,7 +67,7 @@ def inputs_of(
 
 
 def feed_all(name: str, reader: Reader, seeds: Path, count: int, seed: int, most_cuts: int = 10**6) -> Findings:
-    """Feed the reader that many damaged files, and cut ones."""
+    """Feed the reader ``count`` damaged files, and truncated ones."""
     found = Findings()
     files = {file: (seeds / file).read_bytes() for file in reader.files(seeds)}
     with TemporaryDirectory(prefix="hopslam-fuzz-") as folder:
@@ -85,24 +85,24 @@ def _feed(found: Findings, reader: Reader, here: Path, file: str, label: str) ->
         reader.read(here, file)
     except HopslamError:
         found.refused += 1
-    except Exception:  # noqa: BLE001  # what must not come is what is looked for
-        found.untamed.append(f"{label}: {file}: {traceback.format_exc()}")
+    except Exception:  # noqa: BLE001  # the test looks for any exception that is not a HopslamError
+        found.unexpected.append(f"{label}: {file}: {traceback.format_exc()}")
 
 
 def main(arguments: list[str]) -> int:
-    """All readers, each with its share of the inputs; the exit code is 1 where one was not tamed."""
+    """Run all readers, each with its share of the inputs; the exit code is 1 after an unexpected exception."""
     count, seed = (int(word) for word in [*arguments[:2], *("5000", "1")[len(arguments) :]])
     chosen = {name: reader for name, reader in READERS.items() if name in (arguments[2:] or READERS)}
-    untamed, weights = 0, sum(reader.weight for reader in chosen.values())
-    print(f"{'reader':<16}{'inputs':>8}{'refused':>9}{'untamed':>9}{'s':>7}   seed {seed}", flush=True)
+    unexpected, weights = 0, sum(reader.weight for reader in chosen.values())
+    print(f"{'reader':<16}{'inputs':>8}{'refused':>9}{'unexpected':>9}{'s':>7}   seed {seed}", flush=True)
     with TemporaryDirectory(prefix="hopslam-seeds-") as folder:
         for name, reader in chosen.items():
             seeds, began = reader.make(Path(folder) / name), time.perf_counter()
             found = feed_all(name, reader, seeds, count * reader.weight // weights, seed)
-            untamed += len(found.untamed)
-            row = f"{name:<16}{found.inputs:>8}{found.refused:>9}{len(found.untamed):>9}"
-            print("\n".join([f"{row}{time.perf_counter() - began:>7.0f}", *found.untamed[:3]]), flush=True)
-    return 1 if untamed else 0
+            unexpected += len(found.unexpected)
+            row = f"{name:<16}{found.inputs:>8}{found.refused:>9}{len(found.unexpected):>9}"
+            print("\n".join([f"{row}{time.perf_counter() - began:>7.0f}", *found.unexpected[:3]]), flush=True)
+    return 1 if unexpected else 0
 
 
 if __name__ == "__main__":

@@ -58,13 +58,13 @@ class Reader:
 
     make_files: Callable[[Path], Any]
     read: Callable[[Path, str], Any]
-    """Reads the folder in which that file is damaged in every way that commands do."""
+    """Reads the folder, in which that file is damaged, in all ways in which commands read it."""
     weight: int = 4
-    """Its share of the inputs."""
+    """Relative number of inputs that this one gets."""
     cuts: bool = True
-    """Its files are small, and are cut at every byte too."""
+    """True if the files are small, so that they are also truncated at every byte."""
     renews: bool = False
-    """Reading changes the folder, which is then made anew."""
+    """True if reading changes the folder, so that it must be made again."""
 
     def make(self, folder: Path) -> Path:
         """The folder with its files."""
@@ -230,7 +230,7 @@ def sweep_row(seed: int) -> dict[str, Any]:
 
 
 def read_scans(folder: Path, file: str) -> None:
-    """The log that the file is, or that its folder is."""
+    """Read the log in this file, or in its folder."""
     log = read_log(folder / Path(file).parts[0])
     for k in range(len(log)):
         log.scan(k).points()
@@ -238,7 +238,7 @@ def read_scans(folder: Path, file: str) -> None:
 
 
 def try_all(ways: list[Callable[[], Any]]) -> None:
-    """Read in one way after another; an error in one does not keep the others from being tried, and comes out last."""
+    """Call all these readers, even if one fails; then raise the last error."""
     refused: HopslamError | None = None
     for way in ways:
         try:
@@ -250,7 +250,7 @@ def try_all(ways: list[Callable[[], Any]]) -> None:
 
 
 def read_run(folder: Path, file: str) -> None:
-    """All that report, export, optimize, eval and view read, without the drawing."""
+    """Read everything that report, export, optimize, eval and view read; draw nothing."""
     record = RunRecord.open(folder / "run")
     out = folder / ".out"
     ways: list[Callable[[], Any]] = [
@@ -265,7 +265,7 @@ def read_run(folder: Path, file: str) -> None:
 
 
 def read_sweep(folder: Path, file: str) -> None:
-    """All that sweep, its plan and its report read, without the drawing."""
+    """Read everything that sweep, its plan and its report read; draw nothing."""
     store = ResultStore(Folder(str(folder)))
     with SweepLock(Folder(str(folder))):
         store.set_damaged_aside()

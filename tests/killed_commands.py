@@ -47,7 +47,7 @@ def start(words: list[str]) -> Started:
 
 
 def tell_stamps(witness: int) -> None:
-    """Let each scan of this process be told before it is written down."""
+    """Write the stamp of each scan of this process to ``witness`` before the scan is recorded."""
     on_step = RunLog.on_step
 
     def telling(log: RunLog, step: Step) -> None:
@@ -58,7 +58,7 @@ def tell_stamps(witness: int) -> None:
 
 
 def end(started: Started, seconds: float, begun: Path | None = None) -> list[float]:
-    """Kill it so many seconds after it began, or after this file is there; the stamps of the scans that it saw."""
+    """Kill the command ``seconds`` after it began or wrote the file ``begun``; return the stamps of its scans."""
     until = time.monotonic() + 120.0
     while begun is not None and not begun.is_file() and time.monotonic() < until and is_running(started.child):
         time.sleep(0.001)
@@ -71,7 +71,7 @@ def end(started: Started, seconds: float, begun: Path | None = None) -> list[flo
 
 
 def is_running(child: int) -> bool:
-    """True while the process has not ended, though nobody has waited for it."""
+    """Return True while the process runs; a zombie has ended."""
     return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
 
 
@@ -88,7 +88,7 @@ def children_of(process: int) -> list[int]:
 
 
 def logged_stamps(path: Path) -> list[float]:
-    """Times of the scans in a log that may be cut, by the reader of those who made the format."""
+    """Return the times of the scans in a log that may be truncated, read by the format's own reference library."""
     stamps, scans = list[float](), set[int]()
     if not path.is_file():
         return []

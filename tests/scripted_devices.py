@@ -50,9 +50,9 @@ LIDAR = {
 
 
 def lidar(answers: dict[str, str], unknown: str = "0E", scans: bool = True) -> Serve:
-    """A SCIP sensor that answers with these texts, or with the status of what is ``unknown``, or not at all.
+    """A SCIP sensor that answers known commands with these texts, and others with the status ``unknown``.
 
-    After MD it sends a scan of 1 m every 0.1 s.
+    If that is empty, it does not answer others at all. After MD it sends a scan of 1 m every 0.1 s.
     """
 
     def scan(stamp: int) -> bytes:

@@ -23,7 +23,7 @@ PNG = b"\x89PNG\r\n"
 
 
 def path(count: int, step: float = 0.05) -> list[Pose2D]:
-    """Through the room, at 0.5 m/s and 0.3 rad/s."""
+    """Drive through the room at 0.5 m/s and up to 0.3 rad/s."""
     poses = [Pose2D(-1.5, -0.5, 0.2)]
     for k in range(count - 1):
         poses.append(poses[-1] @ Pose2D(step, 0.0, 0.6 * step * np.cos(0.1 * k)))
@@ -180,7 +180,7 @@ def test_settings_that_contradict_the_map_are_named(
 
 
 def test_loops_are_closed_as_a_replay_closes_them(lap_log: Path, lap_run: Path, tmp_path: Path) -> None:
-    """All of a lap with wheels that go wrong: the same poses and walls, and all that its map rests on is kept."""
+    """Poses and walls of a lap with wrong wheels are the same, and a saved map keeps its key scans and its graph."""
     log, run = read_log(lap_log), hopslam.Run.open(lap_run)
     slam = hopslam.Slam(T_base_laser=log.T_base_laser, range_min=0.0, range_max=log.lidar.range_max)
     closures = sum(

@@ -25,9 +25,9 @@ def with_item(row: np.ndarray, index: int, item: Any) -> list[Any]:
 FAULTS: dict[str, tuple[Any, Any, str]] = {
     "None": (None, ANGLES, r"ranges is None"),
     "None inside": (with_item(RANGES, 3, None), ANGLES, r"ranges\[3\] is None.*inf .*nan"),
-    "text inside": (with_item(RANGES, 7, "far"), ANGLES, r"ranges\[7\] is 'far', no number"),
-    "numbers as text": ([str(r) for r in RANGES], ANGLES, r"ranges\[0\] is '2\.5', no number"),
-    "a list inside": (with_item(RANGES, 2, [1.0, 2.0]), ANGLES, r"ranges\[2\] is \[1\.0, 2\.0\], no number"),
+    "text inside": (with_item(RANGES, 7, "far"), ANGLES, r"ranges\[7\] is 'far', not a number"),
+    "numbers as text": ([str(r) for r in RANGES], ANGLES, r"ranges\[0\] is '2\.5', not a number"),
+    "a list inside": (with_item(RANGES, 2, [1.0, 2.0]), ANGLES, r"ranges\[2\] is \[1\.0, 2\.0\], not a number"),
     "truth values": ([True] * 101, ANGLES, r"ranges\[0\] is True"),
     "one number": (2.5, ANGLES, r"ranges has shape \(\).*row of numbers"),
     "a column": (RANGES[:, None], ANGLES, r"ranges has shape \(101, 1\).*numpy\.ravel\(ranges\)"),
@@ -75,13 +75,18 @@ def test_a_wrong_odometry_is_named_with_a_fix(odometry: Any, message: str) -> No
         slam.update(RANGES, ANGLES, odometry)
 
 
+def test_degrees_in_the_first_odometry_are_named() -> None:
+    with pytest.raises(hopslam.InputError, match=r"^scan 0: odometry\[2\], theta, is 90 and looks like degrees"):
+        hopslam.Slam().update(RANGES, ANGLES, (0.0, 0.0, 90.0))
+
+
 @pytest.mark.parametrize(
     ("stamp", "message"),
     [
         (4.9, r"4\.9, not after 5\.0"),
         (5.0, "not after"),
         (np.inf, "not finite"),
-        ("now", "'now', no number"),
+        ("now", "'now', not a number"),
         (1.7e18, "nanoseconds; give seconds"),
     ],
 )
@@ -95,11 +100,12 @@ def test_a_wrong_stamp_is_named_with_a_fix(stamp: Any, message: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"settings": "duration=3"}, r"'duration=3' is no setting of the method"),
-        ({"settings": ["slam.lines.methud=paper"]}, "methud"),
+        ({"settings": "duration=3"}, r"'duration=3' is not a setting of the method"),
+        ({"settings": ["slam.lines.methud=paper"]}, r"^settings: slam\.lines\.methud"),
         ({"settings": "slam.mode=dead_reckoning"}, "looks at no scan"),
         ({"start": (0, 0, 180)}, r"start\[2\].*degrees"),
         ({"T_base_laser": (0, 0)}, "T_base_laser has 2 values"),
+        ({"T_base_laser": (200, 0, 0)}, "T_base_laser is 200 from the robot and looks like millimetres"),
         ({"range_min": 3.0, "range_max": 2.0}, "range_max is 2, not 3 or more"),
         ({"range_max": 4000}, "range_max is 4000 and looks like millimetres"),
         ({"time_increment": -1e-4}, "time_increment is -0.0001"),

@@ -24,7 +24,7 @@ NOISE = st.binary(max_size=30).filter(lambda noise: 0xFA not in noise)
 
 
 def cut(stream: bytes, cuts: list[int]) -> list[bytes]:
-    """The stream in pieces that end at these places, each modulo its length."""
+    """Cut the stream at these positions, which are taken modulo its length."""
     ends = sorted({c % (len(stream) + 1) for c in cuts} | {0, len(stream)})
     return [stream[a:b] for a, b in pairwise(ends)]
 
@@ -173,7 +173,7 @@ def test_a_sip_of_every_length_is_decoded_as_encoded(length: int) -> None:
 
 
 def test_values_beyond_the_fields_of_a_sip_are_clipped() -> None:
-    """Speeds have 16 bits with a sign, the battery has eight without; the place counts on modulo its wrap."""
+    """Speeds have 16 bits with a sign, the battery has eight without; positions wrap around instead."""
     for units in (P3DX, P3DX_SH):
         sip = Sip.decode(Sip(left=1e3, right=-1e3, battery=1e3, x=-0.5, y=-0.5).encode(units), units)
         assert (sip.left, sip.right) == pytest.approx((32767 * units.speed, -32768 * units.speed))
@@ -210,7 +210,7 @@ def test_encoders_count_32_bits() -> None:
 
 
 def test_the_io_report_has_the_layout_of_the_manual() -> None:
-    """Pioneer 3 Operations Manual, p. 41: how many bytes of each kind, and then these."""
+    """Pioneer 3 Operations Manual, p. 41: for each kind of input, the number of bytes and then the bytes."""
     report = IoReport(1, 2, 3, 4, 5, (1023, 256))
     assert report.encode() == bytes.fromhex("F0 04 01 02 03 04 01 05 02 FF 03 00 01")
 

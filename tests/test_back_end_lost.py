@@ -39,9 +39,9 @@ from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="finds processes in /proc")
-KILLED = "the process that closes loops was killed by SIGKILL, as where memory runs out"
+KILLED = "the process that closes loops was killed by SIGKILL; is the memory full?"
 SOON, LATE = 230, 350
-"""Scans: the process is there, and it has closed loops."""
+"""Indices of scans: from the first one the process runs, from the second one it has closed loops."""
 
 
 def back_ends() -> list[int]:
@@ -113,7 +113,7 @@ def lost_run(lap_log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_front_end_continues_without_its_process(
     lost: tuple[LineSlam, list[Estimate]], whole: tuple[LineSlam, list[Estimate]]
 ) -> None:
-    """Until the loss it does what it does without it; after it, no closure comes and each scan has a pose."""
+    """Until the loss the estimates are those of a complete run; after it, every scan has a pose, but no loop closes."""
     slam, estimates = lost
     told = [bool(estimate.back_end_lost) for estimate in estimates]
     first = told.index(True)
@@ -176,7 +176,7 @@ def test_signals_to_the_process_group_end_only_the_loop(lap_log: Path) -> None:
 
 
 def test_truncated_results_are_dropped() -> None:
-    """Wherever the process dies while it writes: whole results come out, then its end."""
+    """If the process dies while it writes, the complete results are received first, and then its end."""
 
     class Dead:
         def __init__(self, written: bytes) -> None:
@@ -192,7 +192,7 @@ def test_truncated_results_are_dropped() -> None:
         queue: SimpleQueue[Any] = SimpleQueue()
         back_end_process._receive(Dead(whole[:length]), queue)
         got = [queue.get() for _ in range(queue.qsize())]
-        assert got.pop().how == "was killed by SIGKILL, as where memory runs out"
+        assert got.pop().how == "was killed by SIGKILL; is the memory full?"
         assert len(got) == (length >= len(written[0])) + (length >= len(whole))
 
 

@@ -80,7 +80,7 @@ class Talk:
 
 
 def as_ros1(message: object) -> object:
-    """The headers of ROS 1 count themselves."""
+    """Convert a message to ROS 1, whose headers have a sequence number too."""
     for part in (message, *getattr(message, "transforms", [])):
         if hasattr(part, "header"):
             header = ros1_types().types["std_msgs/msg/Header"]
@@ -115,7 +115,7 @@ def test_scans_odometry_and_mount_are_read(tmp_path: Path, talk: Talk, container
         true = odometry_at(1.0).between(odometry_at(stamp))
         assert log.stamps[k] == pytest.approx(stamp, abs=1e-9)
         assert log.T_odom_base[k] == pytest.approx([true.x, true.y, true.theta], abs=1e-9)
-    assert log.twists is None  # nobody measured them
+    assert log.twists is None  # all of them are zero: not measured
     assert log.odometry(2).twist.angular == pytest.approx(0.5)
 
 

@@ -36,7 +36,7 @@ def actions(count: int, steps: int) -> np.ndarray:
 
 @pytest.mark.parametrize("arguments", [{}, {"action": "wheels", "reward": "coverage", "goal_as": "xy"}])
 def test_a_robot_in_the_batch_equals_the_single_robot(arguments: dict[str, object]) -> None:
-    """With wheels that err, and people; noise of the lidar alone comes from another stream."""
+    """The wheels have errors, and people walk. Lidar noise is off, as the batch draws it from another random stream."""
     wheels = ["robot.odometry.left_radius=0.099", "robot.odometry.track=0.34", "robot.traction.slip=0.03"]
     given = {"settings": [PLAN, *QUIET, PEOPLE, *wheels], "collision_penalty": 0.5, "end_on": ()} | arguments
     given["observe"] = ("scan", "odometry", "goal")
@@ -189,7 +189,7 @@ def test_a_constant_lidar_equals_the_single_lidar(model: str) -> None:
 
 
 def test_varying_beams_are_read_within_half_a_step() -> None:
-    """40 turns in a bare room, no two alike, lie between the least and the largest range nearby, in closed form."""
+    """In a bare room 40 scans, all different, lie between the least and the largest true range within half a step."""
     room, lidar = room_scenario((-2.0, 3.5), (-2.0, 2.0), model="ld19"), LIDARS["ld19"].lidar
     given = {"vectorization_mode": "vector_entry_point", "reward": "none"}
     envs = gymnasium.make_vec("hopslam/P3DX-v0", num_envs=40, scenario=room, **given)

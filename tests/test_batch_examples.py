@@ -33,7 +33,7 @@ def test_a_policy_drives_one_robot_as_it_drives_many(monkeypatch: pytest.MonkeyP
 
 
 def test_the_batch_is_a_vec_env_of_stable_baselines(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Observations are those of the batch; where an episode ended, the last one is beside the first of the next."""
+    """Observations are those of the batch; at the end of an episode its last one is in ``infos``."""
     explorer = load("explorer", "gymnasium", monkeypatch)
     adapter = load("batch_vec_env", "stable_baselines3.common.vec_env", monkeypatch)
     envs, same = explorer.explorers(3, offices=2), explorer.explorers(3, offices=2)

@@ -37,7 +37,7 @@ def test_slam_in_a_batch_equals_that_of_one_environment() -> None:
 
 
 def test_episodes_with_slam_end_and_restart() -> None:
-    """With a lidar whose beams vary; SLAM that is off by more than nothing counts as lost."""
+    """The number of beams varies, and a small error of SLAM counts as lost."""
     given = {"settings": ["lidar.model=ld19"], "observe": ("scan", "slam_pose"), "autoreset_mode": "SameStep"}
     envs = batch(2, slam=True, threads=1, end_on="lost", lost_beyond=0.04, max_seconds=0.4, **given)
     seen, info = envs.reset(seed=1)

@@ -47,8 +47,8 @@ def both() -> BothWays:
 def run_with_loops(
     like: ClosedRun, errors: FloatArray, T_base_laser: FloatArray
 ) -> tuple[ClosedRun, InterpolatedPoses]:
-    """A run along x and back, whose front end is lost on the way back by DRIFT, and so many loops that undo it but for
-    ``errors`` (L, 3); with the truth at every scan."""
+    """Make a run along x and back, and its true poses. On the way back the front end is off by DRIFT; each of L loops
+    corrects that, up to an error (3,) of ``errors``."""
     there = np.column_stack([np.arange(0.0, 8.0), np.zeros((8, 2))])
     back = np.column_stack([np.arange(7.2, -0.8, -1.0), np.full(8, 0.1), np.full(8, np.pi)])
     truth = np.concatenate([there, back])
@@ -156,7 +156,7 @@ def test_a_run_without_a_return_has_no_pairs(both: BothWays) -> None:
 
 
 def test_short_walls_do_not_define_the_axes() -> None:
-    """A wall off by 3 deg among three of the same length: its rms about the mean of all."""
+    """One of three walls of equal length is off by 3 deg, so the mean is off by 1 deg, and the rms is about it."""
     c, s = np.cos(np.radians(3.0)), np.sin(np.radians(3.0))
     walls = np.array([[[0, 0], [4, 0]], [[0, 0], [0, 4]], [[0, 5], [4 * c, 5 + 4 * s]], [[0, 0], [0.5, 0.9]]])
     assert np.degrees(rms_off_axes(walls)) == pytest.approx(np.sqrt((1.0 + 1.0 + 4.0) / 3.0), abs=0.01)

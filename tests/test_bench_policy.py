@@ -30,7 +30,7 @@ class Short(GoalPolicy):
 
 
 def test_a_policy_has_a_score_in_every_simulator() -> None:
-    """The goal is straight ahead: what the first seconds are worth is the same."""
+    """The goal is straight ahead: the reward of the first seconds is the same in every simulator."""
     batch = policy_scores.score_in_batch(Short(), SEEDS)
     plan, bullet = (policy_scores.score_alone(Short(), SEEDS, engine) for engine in ("plan", "bullet"))
     assert [score.ending for score in (*batch, *plan, *bullet)] == ["time"] * 6

@@ -58,7 +58,7 @@ def test_errors_are_those_calculated_by_hand() -> None:
 
 
 def test_relations_are_those_calculated_by_hand(tmp_path: Path) -> None:
-    """From 1 s to 4 s it went 3 m; the relation says 2.9 m and 0.1 rad."""
+    """The trajectory moves 3 m from 1 s to 4 s; the relation says 2.9 m and 0.1 rad."""
     path = tmp_path / "a.relations.gz"
     with gzip.open(path, "wt") as file:
         file.write("1 4 2.9 0 0 0 0 0.1\n2 5 3 0 0 0 0 0\n")
@@ -112,7 +112,7 @@ def test_the_tables_of_the_simulator_are_written() -> None:
 
 
 def test_the_command_of_a_run_repeats_it(tmp_path: Path) -> None:
-    """To the digit that the run's folder keeps."""
+    """The poses agree to the last digit in the run's folder."""
     arguments = "crowded_corridor", 4, ("duration=3", "slam.map.free_margin=0.1")
     run, words = run_scenario(*arguments), shlex.split(repeating_command(*arguments))
     assert CliRunner().invoke(app, [*words[1:], "--out", str(tmp_path / "run")]).exit_code == 0
@@ -126,7 +126,7 @@ def test_the_command_of_a_run_repeats_it(tmp_path: Path) -> None:
 
 
 def test_the_angle_of_walls_to_the_axes_is_measured() -> None:
-    """Two walls at a right angle, and one turned by 0.02 rad, which takes the axes along by its share."""
+    """Two walls at a right angle, and one turned by 0.02 rad, which turns the axes by a third of that."""
     walls = np.array([[[0, 0], [4, 0]], [[0, 0], [0, 4]], [[0, 5], [4 * np.cos(0.02), 5 + 4 * np.sin(0.02)]]])
     angles, lengths = angles_off_main_axes(walls)
     np.testing.assert_allclose(angles, [-0.02 / 3, -0.02 / 3, 0.04 / 3], atol=1e-5)
@@ -146,7 +146,8 @@ def test_the_gap_of_a_loop_is_its_known_offset() -> None:
 
 
 def test_an_open_direction_is_scored_by_odometry() -> None:
-    """An odometer with the heading of the truth tells the error along the walls that is not the method's own."""
+    """Along the corridor the error equals that of dead reckoning with the true heading, for which SLAM is not to
+    blame."""
     run = run_scenario("featureless_corridor", 1, ("duration=12",))
     assert run.unconstrained[1:].mean() >= 0.95
     np.testing.assert_allclose(run.offsets[:, 0], run.true_heading_offsets[:, 0], atol=0.002)

@@ -30,7 +30,7 @@ def test_rays_do_not_depend_on_the_origin_of_the_world() -> None:
 
 
 def test_a_building_is_closed() -> None:
-    """From any crossing each beam meets a wall."""
+    """Every beam from every crossing ends at a wall."""
     crossings = np.column_stack([PLAN.crossings.reshape(-1, 2), np.zeros(PLAN.crossings[..., 0].size)])
     assert np.isfinite(cast_walls(PLAN.walls, crossings, -np.pi + 0.001, 0.05, 125)).all()
 

@@ -80,7 +80,7 @@ def test_a_new_message_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("ranges", "range_max"),
     [
-        ([7.0, 50.0, 50.0, 49.0], 50.0),  # what comes back most far away, more than once
+        ([7.0, 50.0, 50.0, 49.0], 50.0),  # the farthest reading, which occurs several times
         ([7.0, 8.0, 9.0, 49.0], 80.0),
         ([7.0, 81.83, 81.91, 81.91], 80.0),
         ([7.0, 8.183, 8.191, 8.191], 8.183),  # a SICK's error codes in millimetres

@@ -131,7 +131,7 @@ def test_people_who_walk_through_walls_warn() -> None:
 def test_places_and_sizes_in_millimetres_warn() -> None:
     far = room(route={"waypoints": [[2000, 500]]})
     assert keys(far) == ["route.waypoints.0", "route.waypoints.0"]
-    assert "1996 m outside" in next(iter(find_warnings(far)))[1]
+    assert "1996 m away from all solids" in next(iter(find_warnings(far)))[1]
     assert keys(room(robot={"start": {"x": 2500.0}})) == ["robot.start"]
     assert keys(room(world={"boxes": [{"center": [0, 25], "size": [60, 40, 80]}]})) == ["world.boxes.0.size"]
     tall = {"boxes": [{"center": [3, 2], "size": [0.6, 0.4, 800]}], "cylinders": [{"center": [3, 0], "radius": 0.2}]}
@@ -171,7 +171,7 @@ def test_a_command_warns_with_file_line_and_key(
     warnings = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
     assert len(warnings) == 1
     assert warnings[0].startswith(
-        "hopslam: warning: room.yaml:7: route.waypoints.1: the way from (3, -1) to (9, -1) leads"
+        "hopslam: warning: room.yaml:7: route.waypoints.1: the path from (3, -1) to (9, -1) leads"
     )
 
 

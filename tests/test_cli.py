@@ -99,7 +99,7 @@ def test_the_line_map_is_in_the_map_frame(paper_run: Path) -> None:
 
 
 def test_a_run_is_repeated_bit_by_bit_from_its_configuration(paper_run: Path, tmp_path: Path) -> None:
-    """The seed is in it; the other process gives the same trajectory."""
+    """The configuration contains the seed; another process computes the same trajectory."""
     assert hopslam("run", paper_run / "config.yaml", "--out", tmp_path / "again").returncode == 0
     assert (tmp_path / "again" / "trajectory.tum").read_bytes() == (paper_run / "trajectory.tum").read_bytes()
 
@@ -180,7 +180,7 @@ def test_a_log_without_a_scan_is_bad_input(tmp_path: Path, capsys: pytest.Captur
 
 
 def hear_ctrl_c() -> None:
-    """For a child whose parent ignores SIGINT, as a shell does in the background."""
+    """Enable SIGINT in a child whose parent ignores it, as a shell does for background jobs."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -214,7 +214,7 @@ def test_help_has_examples(words: list[str]) -> None:
 
 
 class Interrupting:
-    """An attribute in whose class Ctrl-C comes while it is made."""
+    """An attribute that raises Ctrl-C while the class around it is created."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         raise KeyboardInterrupt

@@ -65,7 +65,7 @@ def test_the_front_end_never_jumps(lap_run: Path, lap_path: list[Pose2D]) -> Non
     assert ((closures == -1) | (closures >= 0)).all()
     first = int(np.argmax(closures >= 0))
     np.testing.assert_allclose(traces.local[0], traces.estimate[0], atol=2e-6)
-    np.testing.assert_allclose(traces.local[:first], traces.estimate[:first], atol=0.1)  # as far as the map holds it
+    np.testing.assert_allclose(traces.local[:first], traces.estimate[:first], atol=0.1)  # the map limits the drift
 
 
 def test_a_graph_is_read_back_bit_for_bit(lap_run: Path, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -184,6 +185,23 @@ def test_an_edited_source_is_compiled_again(package: Path, run: Run) -> None:
         assert run() == (result, False), f"{file}: {old} -> {new}"
 
 
+def test_damaged_code_is_compiled_again(package: Path, run: Run) -> None:
+    assert run() == (FIRST, False)
+    for kind, size in product(("nbi", "nbc"), (0, -40)):
+        (file,) = package.parent.glob(f"kept/**/top.top-*.{kind}")
+        file.write_bytes(file.read_bytes()[:size])
+        assert run() == (FIRST, False), f"{kind}, {size} bytes"
+        assert run() == (FIRST, True)
+
+
+def test_code_with_a_renamed_type_is_compiled_again(package: Path, run: Run) -> None:
+    assert run() == (FIRST, False)
+    edit(package / "pairs.py", "Pair(", "Couple(")
+    edit(package / "top.py", "import Pair", "import Couple as Pair")
+    assert run() == (FIRST, False)
+    assert run() == (FIRST, True)
+
+
 def test_code_compiles_without_a_cache_folder(package: Path) -> None:
     nowhere = package / "__pycache__"
     nowhere.write_text("a file, so that no folder can be made here")
@@ -192,7 +210,7 @@ def test_code_compiles_without_a_cache_folder(package: Path) -> None:
 
 
 def test_fresh_and_cached_code_give_the_same_bits(package: Path, server: Server) -> None:
-    loops = "".join(LOOP.format(k) for k in range(4))  # too much to be put in place of a call
+    loops = "".join(LOOP.format(k) for k in range(4))  # too long to be inlined
     (package / "chain.py").write_text(CHAIN.replace("LOOPS", loops))
     alone, inner_first = CHAIN_PROGRAM.replace("CALL", ""), CHAIN_PROGRAM.replace("CALL", "inner(x, y)")
     (compiled, hits), (kept, kept_hits), (after_inner, _) = (server(package, p) for p in (alone, alone, inner_first))

@@ -12,7 +12,7 @@ from slam.graph.loop import Loop
 from slam.graph.loop_candidates import LoopCandidates
 from slam.graph.pose_graph import BREAK, NO_LOOP, Edge
 from slam.graph.submap_graph import SubmapGraph
-from slam.graph.surest_paths import Hops
+from slam.graph.surest_paths import SubmapSteps
 from slam.graph.wall_candidates import WallCandidate
 from slam.lidars import Lidar
 from slam.pose import FloatArray, compose_poses, inverse_poses
@@ -21,7 +21,7 @@ LIDAR = Lidar(-0.5, 0.5, 3, 0.1, 9.0, 0.1)
 KEYS, SUBMAPS = 5, 4
 """Key scans of a submap, a metre apart, and submaps of each of the two ways."""
 JUMP = np.array([3.0, -2.0, 1.0])
-"""Where the front end takes the start to be when it goes there again."""
+"""Pose at which the front end believes the start to be when it returns there."""
 JUMPS = st.builds(lambda x, y, theta: np.array([x, y, theta]), *[st.floats(-3, 3)] * 3)
 
 
@@ -45,8 +45,8 @@ def loop(graph: SubmapGraph, jump: FloatArray, submap: int, other: int, off: tup
     return Loop(0, submap, other, T_other_submap, "walls", len(nodes), len(nodes), 0.7, False, edges, 0)
 
 
-def hops(graph: SubmapGraph) -> Hops:
-    return CondensedGraph(graph, 30.0).hops()
+def steps_of(graph: SubmapGraph) -> SubmapSteps:
+    return CondensedGraph(graph, 30.0).steps()
 
 
 RIGHT = (0.0, 0.0, 0.0)
@@ -57,39 +57,39 @@ RIGHT = (0.0, 0.0, 0.0)
 def test_two_correct_loops_agree_whatever_the_drift(jump: FloatArray) -> None:
     graph = way_twice(jump)
     first, second = (loop(graph, jump, SUBMAPS + k, k, RIGHT) for k in (1, 2))
-    assert Consistency(graph, hops(graph), first).chi_squared(second) < 1e-6
-    assert Consistency(graph, hops(graph), second).chi_squared(first) < 1e-6
+    assert Consistency(graph, steps_of(graph), first).chi_squared(second) < 1e-6
+    assert Consistency(graph, steps_of(graph), second).chi_squared(first) < 1e-6
 
 
 @pytest.mark.parametrize("off", [(2.0, 0.0, 0.0), (0.0, -2.0, 0.0), (0.0, 0.0, 0.6)])
 def test_a_wrong_loop_is_not_confirmed_by_a_correct_one(off: tuple[float, float, float]) -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
-    assert waiting.borne_out(loop(graph, JUMP, 5, 1, RIGHT), hops(graph), []) == []
-    assert waiting.borne_out(loop(graph, JUMP, 6, 2, off), hops(graph), []) == []
+    assert waiting.confirmed(loop(graph, JUMP, 5, 1, RIGHT), steps_of(graph), []) == []
+    assert waiting.confirmed(loop(graph, JUMP, 6, 2, off), steps_of(graph), []) == []
 
 
 def test_a_second_loop_confirms_the_first_a_wrong_one_waits() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     right = [loop(graph, JUMP, SUBMAPS + k, k, RIGHT) for k in (1, 2, 3)]
-    assert waiting.borne_out(right[0], hops(graph), []) == []
-    assert waiting.borne_out(loop(graph, JUMP, 6, 1, (3.0, 0.0, np.pi)), hops(graph), []) == []
-    assert waiting.borne_out(right[1], hops(graph), []) == [right[0], right[1]]
-    assert waiting.borne_out(right[2], hops(graph), []) == []  # the others wait no more
-    assert waiting.borne_out(loop(graph, JUMP, 4, 0, RIGHT), hops(graph), right[:2]) != []
+    assert waiting.confirmed(right[0], steps_of(graph), []) == []
+    assert waiting.confirmed(loop(graph, JUMP, 6, 1, (3.0, 0.0, np.pi)), steps_of(graph), []) == []
+    assert waiting.confirmed(right[1], steps_of(graph), []) == [right[0], right[1]]
+    assert waiting.confirmed(right[2], steps_of(graph), []) == []  # the others wait no longer
+    assert waiting.confirmed(loop(graph, JUMP, 4, 0, RIGHT), steps_of(graph), right[:2]) != []
 
 
 def test_two_loops_of_the_same_scans_count_once() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
-    assert waiting.borne_out(loop(graph, JUMP, 5, 1, RIGHT), hops(graph), []) == []
-    assert waiting.borne_out(loop(graph, JUMP, 5, 2, RIGHT), hops(graph), []) == []
+    assert waiting.confirmed(loop(graph, JUMP, 5, 1, RIGHT), steps_of(graph), []) == []
+    assert waiting.confirmed(loop(graph, JUMP, 5, 2, RIGHT), steps_of(graph), []) == []
 
 
 def test_loops_on_two_sides_of_a_break_are_independent() -> None:
     graph = way_twice(JUMP)
-    across = Consistency(graph, hops(graph), loop(graph, JUMP, 5, 1, RIGHT))
+    across = Consistency(graph, steps_of(graph), loop(graph, JUMP, 5, 1, RIGHT))
     for submap, other in ((3, 0), (1, 0)):  # from the second, the way over the break is too long to be looked at
         assert across.chi_squared(loop(graph, np.zeros(3), submap, other, RIGHT)) == np.inf
 
@@ -105,8 +105,8 @@ def test_a_path_is_limited_by_odometry_except_over_a_break() -> None:
     covariance = candidates.covariances_from(third)[first.number]
     for off, thinkable in (((0.0, 0.0, 0.0), True), ((0.5, 0.0, 0.0), True), ((9.0, 0.0, 0.0), False)):
         candidate = WallCandidate(1.0, first, np.array(off))
-        assert candidates.is_thinkable(candidate, third, covariance) == thinkable
-        assert candidates.is_thinkable(candidate, beyond, covariance)
+        assert candidates.is_plausible(candidate, third, covariance) == thinkable
+        assert candidates.is_plausible(candidate, beyond, covariance)
     assert not candidates.is_out_of_reach(third, first, covariance)
     assert candidates.is_out_of_reach(beyond, first, covariance)
 
@@ -122,10 +122,10 @@ def test_the_number_of_waiting_loops_is_limited() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     right = loop(graph, JUMP, 5, 1, RIGHT)
-    waiting.borne_out(right, hops(graph), [])
+    waiting.confirmed(right, steps_of(graph), [])
     for _ in range(MAX_WAITING):
-        waiting.borne_out(loop(graph, JUMP, 5, 1, (5.0, 0.0, 0.0)), hops(graph), [])
-    assert waiting.borne_out(loop(graph, JUMP, 6, 2, RIGHT), hops(graph), []) == []
+        waiting.confirmed(loop(graph, JUMP, 5, 1, (5.0, 0.0, 0.0)), steps_of(graph), [])
+    assert waiting.confirmed(loop(graph, JUMP, 6, 2, RIGHT), steps_of(graph), []) == []
 
 
 def test_edges_are_renumbered() -> None:

@@ -64,9 +64,9 @@ def test_commands_warn_of_damage_and_continue(run: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("[1]", "is no object"),
-        ('{"scans": "a"}', "'a' is no number"),
-        ('{"began": "x"}', "no date"),
+        ("[1]", "is not an object"),
+        ('{"scans": "a"}', "'a' is not a number"),
+        ('{"began": "x"}', "not a date"),
         ("{", "Expec"),
     ],
 )

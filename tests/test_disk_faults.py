@@ -89,7 +89,7 @@ def every_fault(points: int) -> list[tuple[int, int | None, bool]]:
 
 
 def one_fault(name: str) -> list[tuple[int, int | None, bool]]:
-    """One that the name chooses, among the first calls more often; maybe behind the last."""
+    """Draw a fault with the name as the seed: more often at an early call, possibly after the last call."""
     chance = random.Random(name)
     return [(int(50 ** chance.random()), chance.choice(FAULTS[:3]), chance.random() < 0.3)]
 

@@ -43,13 +43,13 @@ PARSED_ONLY = {
     r"--figures": "draws for seconds; tests/test_pictures.py",
     r"--scan-topic": "needs a bag with other topics; tests/test_bags.py",
 }
-"""Commands whose options are checked, and settings too, but which are not run, and why."""
+"""Commands that are not run, with the reason; their options and settings are checked all the same."""
 FASTER = {"run": ["--set", "duration=1"], "localize": ["--set", "duration=1"], "animate": ["--seconds", "1"]}
 """Arguments that make a command short."""
 SMALLER = {r"--scan \d+": "--scan 5", r"/tmp/": "tmp/"}
-"""What the small log has, and where it is."""
+"""Replacements in the commands: the small log has few scans, and lies in a folder of the test."""
 NOT_OURS = {"rerun", "ssh", "ray", "export", "ros2", "rviz2"}
-"""The first words of commands that other programs bring."""
+"""First words of the commands of other programs."""
 
 
 @pytest.fixture(scope="module", autouse=True)

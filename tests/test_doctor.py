@@ -114,8 +114,8 @@ def refused() -> str:
         ("socket://robot:99999", "a port over the network is socket://HOST:NUMBER"),
         ("socket://robot.invalid:4001", "no host is called robot.invalid"),
         pytest.param(refused(), "nobody listens there", id="refused"),  # another port in each process
-        ("/dev/null", "this is no serial port"),
-        ("/", "this is no serial port"),
+        ("/dev/null", "this is not a serial port"),
+        ("/", "this is not a serial port"),
         ("/dev/there-is-none", "there is no such port"),
     ],
 )

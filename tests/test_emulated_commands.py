@@ -36,7 +36,7 @@ def opened() -> EmulatedP3dx:
 
 
 def cycle(robot: EmulatedP3dx, sent: bytes = b"", count: int = 1) -> dict[int, list[bytes]]:
-    """Data behind the type of the packets of so many cycles, by their types."""
+    """Return the data of the packets of ``count`` cycles, by their types."""
     said = robot.receive(sent, robot.due) if sent else b""
     for _ in range(10 * count):
         said += robot.step()

@@ -22,7 +22,7 @@ IN_TIME = 0.9
 
 
 def own(name: str) -> Ending:
-    """The same, of a program of somebody's own, which starts faster."""
+    """The same ending, of a user's own program, which starts faster than hopslam."""
     ending = BY_NAME[name]
     return Ending(name, ending.action, own_program=True, on_terminal=ending.on_terminal)
 

@@ -89,7 +89,7 @@ def pose(values: np.ndarray) -> Pose2D:
 
 def test_with_devices_the_rules_of_gymnasium_are_kept() -> None:
     with on_devices(observe=ALL_VIEWS) as (env, _):
-        env.unwrapped.spec.nondeterministic = True  # real time never passes twice in the same way
+        env.unwrapped.spec.nondeterministic = True  # in real time no two runs are equal
         check_env(env.unwrapped, skip_render_check=True)  # which would open the ports a second time
 
 
@@ -258,7 +258,7 @@ def test_the_documented_command_lets_a_policy_drive(
         (["drive.py", "nowhere.zip"], "no policy nowhere.zip; train.py writes one, and by-hand needs none"),
         (["drive.py", "policy.zip"], "a trained policy needs stable-baselines3: pip install 'hopslam[rl]'"),
         (["drive.py", "policy"], "a trained policy needs stable-baselines3: pip install 'hopslam[rl]'"),
-        (["drive.py", "broken.zip"], "broken.zip is no policy that PPO loads: not a zip file"),
+        (["drive.py", "broken.zip"], "broken.zip is not a policy that PPO loads: not a zip file"),
         (["drive.py", "by-hand", "--set", "duration=x"], "--set: duration: expected a number (got 'x')"),
         (["train.py"], "train.py needs stable-baselines3: pip install 'hopslam[rl]'"),
     ],

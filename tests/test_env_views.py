@@ -62,13 +62,13 @@ def test_the_goal_is_relative_to_the_robot(env: P3DXEnv, form: str) -> None:
 
 def test_the_distance_left_is_along_the_waypoints() -> None:
     route = RouteProgress(Pose2D(), [(3.0, 0.0), (3.0, 4.0)], arrival=0.5)
-    assert (route.length, route.left, route.goal) == (7.0, 7.0, Pose2D(3.0, 0.0))
+    assert (route.length, route.remaining, route.goal) == (7.0, 7.0, Pose2D(3.0, 0.0))
     route.advance(Pose2D(-1.0, 0.0))
-    assert route.left == 8.0
+    assert route.remaining == 8.0
     route.advance(Pose2D(2.6, 0.0))
-    assert (route.goal, route.left) == (Pose2D(3.0, 4.0), pytest.approx(np.hypot(0.4, 4.0)))
+    assert (route.goal, route.remaining) == (Pose2D(3.0, 4.0), pytest.approx(np.hypot(0.4, 4.0)))
     route.advance(Pose2D(3.0, 4.0))
-    assert (route.goal, route.left, route.arrived) == (None, 0.0, True)
+    assert (route.goal, route.remaining, route.arrived) == (None, 0.0, True)
     assert not RouteProgress(Pose2D(), [], 0.5).arrived
 
 

@@ -51,7 +51,7 @@ def replayed(log: Path, *settings: str, scenario: str = "replay") -> Experiment:
 
 
 def test_turning_on_the_spot_keeps_the_base_in_place(turning_log: Path, tmp_path: Path) -> None:
-    """Taken for one on the robot's centre, the laser would move by 28 cm."""
+    """If the laser were assumed to be at the robot's centre, the base would seem to move by 28 cm."""
     run = replayed(turning_log, "slam.update_distance=0")
     assert run.slam.T_base_laser.distance(Pose2D(MOUNT)) < 1e-3
     folder = run.run(tmp_path / "run").folder
@@ -71,7 +71,7 @@ def test_the_kept_lines_are_those_of_the_map(turning_log: Path, tmp_path: Path) 
 def test_the_real_time_factor_is_recorded_time_over_wall_time(
     small_log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """1.1 s of log by a clock that moves on by half a second when it is looked at: at the start and at the end."""
+    """The log lasts 1.1 s. The clock advances by 0.5 s per call, and is read at the start and at the end."""
     monkeypatch.setattr(experiment, "perf_counter", count(0.0, 0.5).__next__)
     metrics = replayed(small_log, "slam.loops=never").run(tmp_path / "run").metrics
     assert metrics["duration_s"] == pytest.approx(1.1)
@@ -89,7 +89,7 @@ def test_the_map_points_are_those_of_the_map(small_log: Path, tmp_path: Path, sc
 
 
 def test_dead_reckoning_starts_at_the_given_pose(tmp_path: Path) -> None:
-    """Not at the origin: it is drawn over the map, and compared with the truth."""
+    """It must not start at the origin, as it is drawn over the map and compared with the truth."""
     scenario = load_scenario("paper_simulation", ["duration=1"])
     folder = scenario_experiment(scenario).run(tmp_path / "run").folder
     (_, odometry), (_, truth) = (read_tum(folder / name) for name in ("odometry.tum", "groundtruth.tum"))

@@ -211,7 +211,7 @@ def test_code_named_on_the_command_line_is_allowed(changes: dict[str, Any], allo
 
 
 def test_allowing_a_module_allows_its_definitions(tmp_path: Path, gadget: Path) -> None:
-    """It has imported subprocess.run, which is not its own."""
+    """The gadget imports subprocess.run, which it does not define."""
     file = write(tmp_path / "evil.yaml", {"slam": {"lines": OWN | {"method": "gadget:run"}}})
     config = load_scenario(file, allow_modules=["gadget"]).slam.lines
     with pytest.raises(InputError, match="gadget:run comes from another module"):

@@ -52,7 +52,7 @@ def test_resets_of_an_environment_leak_no_memory(scenario: str, pytestconfig: py
 
 
 def garbage(count: int, seed: int) -> Iterator[bytes]:
-    """So many bytes in pieces: random ones, and bursts of what begins or ends a message."""
+    """Yield ``count`` bytes in pieces: random bytes, and repeated beginnings and ends of messages."""
     rng = random.Random(seed)
     for _ in range(count // PIECE):
         burst = rng.choice([HEADER, b"\xfa", b"\n", b"\n\n", b"MD0044072501000\n", b"0\n00\n", HEADER + b"\xc5"])

@@ -148,7 +148,7 @@ def test_a_bare_wall_does_not_change_the_motion_along_it() -> None:
 
 
 def test_with_the_printed_gains_the_update_is_plain_descent() -> None:
-    """With xi = 1 - zeta and eta = 1, eqs. (34) and (35) from rest keep dX = -sum f, whatever the leak."""
+    """For xi = 1 - zeta and eta = 1, eqs. (34) and (35) from rest give dX = -sum f for every leak."""
     segments = segments_by_hopping(room(Pose2D(0.04, 0.02, 0.01)), HoppingConfig())
     leaky = match_points_to_segments(room(Pose2D()), segments, CONFIG)
     plain = match_points_to_segments(room(Pose2D()), segments, CONFIG.model_copy(update={"xi": 1.0, "zeta": 0.0}))

@@ -76,7 +76,7 @@ def test_each_robot_model_has_its_units(subclass: str, distance: float, speed: f
 
 
 def test_a_robot_with_unknown_units_is_refused() -> None:
-    with pytest.raises(RobotError, match="'powerbot-sh' are not known here, but p3dx,"):
+    with pytest.raises(RobotError, match="'powerbot-sh' are unknown; known are p3dx,"):
         open_robot(packet(config(800)), subclass="powerbot-sh")
 
 
@@ -122,7 +122,7 @@ def test_a_sensor_left_in_time_mode_is_freed(status: str) -> None:
         line.port.close()
 
 
-@pytest.mark.parametrize("unknown", ["E", ""])  # to what it does not know it says so, or nothing
+@pytest.mark.parametrize("unknown", ["E", ""])  # its answer to unknown commands; "": none
 def test_firmware_that_is_too_old_is_named(unknown: str) -> None:
     old = "V\n0\nVEND:Hokuyo\nPROD:URG-04LX\nFIRM:2.2.01\nPROT:1.1\nSERI:H1\n\n"
     with device(lidar({"V": old}, unknown)) as url:

@@ -1,4 +1,4 @@
-"""Topics for the Foxglove app, as a client sees them that goes by the specification of its protocol.
+"""Topics for the Foxglove app, seen by a client that follows the specification of its protocol.
 
 https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md, and the subprotocol foxglove.sdk.v1.
 """

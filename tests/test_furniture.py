@@ -97,7 +97,7 @@ def go(robot: SimRobot, scans: int) -> list[Any]:
 
 @pytest.mark.parametrize(("mass", "moves"), [(1.0, True), (6.0, True), (12.0, False), (50.0, False)])
 def test_the_robot_pushes_with_25_newtons_or_stalls(mass: float, moves: bool) -> None:
-    """Up to 8 kg, with a friction of 0.3 on the floor."""
+    """The robot pushes 8 kg at most where the friction on the floor is 0.3."""
     with pushed(mass) as robot:
         seen = go(robot, 60)
         way = robot.furniture[0, 0] - 0.6

@@ -1,6 +1,6 @@
-"""Readers never trace back: damaged files of each kind, in which the errors are those of slam.errors.
+"""For damaged files of each kind readers raise only the errors of slam.errors.
 
-HOPSLAM_FUZZ=100000 makes so many inputs in all; ``python -m tests.fuzz_containers`` shows them reader by reader.
+HOPSLAM_FUZZ=100000 sets the total number of inputs; ``python -m tests.fuzz_containers`` reports each reader.
 """
 
 import os
@@ -20,12 +20,12 @@ SEED = int(os.environ.get("HOPSLAM_FUZZ_SEED", "1"))
 def test_damaged_files_are_read_or_refused(name: str, tmp_path: Path) -> None:
     reader = READERS[name]
     seeds = reader.make(tmp_path / "seeds")
-    for file in reader.files(seeds):  # what is whole is read
+    for file in reader.files(seeds):  # intact files are read
         reader.read(reader.copy(seeds, tmp_path / file.replace("/", "-")), file)
     share = max(INPUTS * reader.weight // sum(other.weight for other in READERS.values()), 1)
     found = feed_all(name, reader, seeds, share, SEED, most_cuts=share)
     assert found.inputs > share
-    assert not found.untamed, f"seed {SEED}: {found.untamed[0]}"
+    assert not found.unexpected, f"seed {SEED}: {found.unexpected[0]}"
 
 
 def test_an_input_is_reproduced_from_its_number() -> None:

@@ -106,7 +106,8 @@ def test_a_loop_returns_along_another_route() -> None:
 
 
 def test_a_campus_route_goes_around_and_over_its_beginning() -> None:
-    """The ring of 150 m, at least 10 m of it again, the court, and the second half of the ring again."""
+    """The route goes once around the ring of 150 m, repeats at least 10 m of it, crosses the court, and repeats the
+    second half of the ring."""
     for seed in range(5):
         generated = CampusGenerator(seed=seed).build()
         home, route = (generated.start.x, generated.start.y), list(generated.waypoints)
@@ -118,7 +119,7 @@ def test_a_campus_route_goes_around_and_over_its_beginning() -> None:
 
 
 def test_walls_of_a_campus_have_no_gaps() -> None:
-    """Every ray from the robot's way ends at a wall, even in a campus that is all bays."""
+    """Every ray from the robot's path ends at a wall, even if the whole campus consists of bays."""
     generated = CampusGenerator(seed=3, bays=1.0, skew=3.0).build()
     edges = np.concatenate([np.stack([o, np.roll(o, -1, axis=0)], axis=1) for o in generated.world.outlines(0.3)])
     for place in way(generated)[::400]:

@@ -40,7 +40,7 @@ def lost(*lines: bytes) -> np.ndarray:
 
 
 def beams_of(first: int, last: int) -> np.ndarray:
-    """The beams of which a character stands in these lines of data."""
+    """Return the beams that have at least one character in these lines of data."""
     return np.arange(first * 64 // 3, min(-(-(last + 1) * 64 // 3), REQUEST.values))
 
 

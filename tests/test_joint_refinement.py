@@ -18,7 +18,7 @@ from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
 SIGMA = 0.004  # metres, of a facet along its normal
 ODOMETRY = np.array([0.01, 0.01, 0.006])  # of a motion, metres and radians
 EXACT = RefinementSettings(floor=0.0, correlation=1.0)  # the facets of this file are flat and independent
-SOLVED = EXACT._replace(tolerance=1e-8, max_iterations=1000)  # to the end, where rounding matters no more
+SOLVED = EXACT._replace(tolerance=1e-8, max_iterations=1000)  # until convergence, so that rounding does not matter
 
 
 class Run(NamedTuple):
@@ -78,7 +78,7 @@ def chain(truth: FloatArray, noise: np.random.Generator | None, sigmas: FloatArr
 
 
 def drive(seed: int | None, step: float = 0.5, walls: FloatArray | None = None) -> Run:
-    """Once around the corridors, looking a little aside; exact without a seed."""
+    """Drive once around the corridors with the lidar turned a little aside; without a seed there is no noise."""
     noise = None if seed is None else np.random.default_rng(seed)
     corners = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [0.0, 6.0], [0.0, 0.0]])
     rows = []
@@ -182,7 +182,7 @@ def test_wall_errors_at_known_poses_fit_their_sigmas() -> None:
 
 
 def test_walls_have_the_errors_of_the_poses_that_see_them() -> None:
-    """A map that hangs on a pose which is not known well is as unsure as that."""
+    """The map is as uncertain as the pose by which it is fixed."""
     run = drive(3)
     poses, walls = refined(run)
     covariances = np.tile(np.diag([0.1, 0.1, 0.0]) ** 2, (len(poses), 1, 1))

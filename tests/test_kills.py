@@ -34,7 +34,7 @@ KILLED = {
     "animate": "animate {here}/run --seconds 1 --width 200",
 }
 GROWING = ("run", "replay", "localize")
-"""Commands that write a log scan by scan; what localize leaves has no loops of its own, as optimize says."""
+"""Commands that write a log scan by scan; a run of localize closes no loops, so that optimize refuses it."""
 AFTERWARDS = {
     "report": "report {here}/run --out {here}/after.html",
     "export": "export {here}/run --to csv --out {here}/after.csv --force",
@@ -65,7 +65,7 @@ def is_sample(pytestconfig: pytest.Config) -> bool:
 
 
 def call(command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
-    """Exit code of a command in this process, and its lines on standard error that are no warnings."""
+    """Exit code of a command in this process, and its lines on standard error that are not warnings."""
     monkeypatch.setattr(sys, "argv", ["hopslam", *command.split()])
     with pytest.raises(SystemExit) as left:
         main()
@@ -92,7 +92,7 @@ def seconds_of(name: str, folder: Path, small: Path) -> float:
 
 
 def require_usable(name: str, codes: dict[str, int], folder: Path) -> None:
-    """Whatever was made once is there; a repaired run is whole."""
+    """Check that results written before the kill exist, and that a repaired run is complete."""
     if not codes["repair"]:
         assert not codes["report again"]
         assert not codes["export again"]

@@ -42,7 +42,7 @@ def white(noise: RangeNoise) -> RangeNoise:
 def learnt(
     noise: RangeNoise, beams: int, scans: int, change: Callable[[FloatArray], FloatArray] = lambda r: r
 ) -> RangeNoise:
-    """Return the noise that is learnt from so many scans of rooms."""
+    """Return the noise that is learnt from ``scans`` scans of rooms."""
     random, learner = np.random.default_rng(beams), LearntNoise.start()
     for _ in range(scans):
         ranges = room(beams, random)
@@ -54,7 +54,7 @@ def learnt(
 @pytest.mark.parametrize("beams", [90, 360, 2728])
 @pytest.mark.parametrize(("near", "far"), [(0.001, 0.0005), (0.008, 0.008), (0.03, 0.0), (0.02, 0.02)])
 def test_the_learned_noise_is_the_true_noise(beams: int, near: float, far: float) -> None:
-    """Within a tenth, at the ranges that the rooms have."""
+    """They agree within 10 % at the ranges that occur in the rooms."""
     noise = RangeNoise(near, near / far if far else np.inf, far, 0.0)
     r = np.array([0.6, 1.5, 3.0])
     np.testing.assert_allclose(white(learnt(noise, beams, 60)).sigma(r), noise.sigma(r), rtol=0.1)
@@ -62,14 +62,15 @@ def test_the_learned_noise_is_the_true_noise(beams: int, near: float, far: float
 
 @pytest.mark.parametrize("step", [0.01, 0.05])
 def test_steps_of_the_range_count_as_noise_of_their_size(step: float) -> None:
-    """Within a factor of two: walls straight ahead, where all readings are equal, do not make it nothing."""
+    """They agree within a factor of two. Walls straight ahead, where all readings are equal, do not make it zero."""
     found = white(learnt(RangeNoise(0.001, 1.0, 0.001, 0.0), 360, 60, lambda r: np.round(r / step) * step))
     assert step / np.sqrt(12.0) <= found.near < 2.0 * step / np.sqrt(12.0)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6])
 def test_clutter_is_not_noise(share: float) -> None:
-    """Beams that end at any range on their way to the wall: nearly all that is near, and the most of what is far."""
+    """Some beams end early, at any range on their way to the wall: most of the far readings, and nearly all near
+    ones."""
     random = np.random.default_rng(3)
 
     def cluttered(ranges: FloatArray) -> FloatArray:
@@ -101,7 +102,7 @@ def test_turning_and_mirroring_the_sensor_change_nothing(family: str, seed: int,
 
 
 def test_a_world_twice_as_large_has_twice_the_noise() -> None:
-    """Without a named sensor: bands and bins move on by an octave."""
+    """No sensor is named here. Doubling the world shifts all bands and bins by an octave."""
     found, r = [], np.array([1.5, 3.0])
     for scale in (1.0, 2.0):
         learner = LearntNoise(np.zeros_like(LearntNoise.start().counts))

@@ -185,7 +185,7 @@ def test_outliers_are_poses_from_which_the_path_returns(out: list[int]) -> None:
 
 @pytest.mark.parametrize("period", [0.1, 1.0, 3.0, 20.0])
 def test_a_jump_that_stays_is_no_outlier_at_any_rate(period: float) -> None:
-    """With time, a robot could have driven back; but it did not jump back."""
+    """After some time the robot could have driven back to where it was, but it did not jump back."""
     stamps, positions = period * np.arange(40), np.zeros((40, 2))
     positions[20:, 0] = 30.0 + 15.0 * period
     assert not outliers(stamps, positions).any()

@@ -59,7 +59,7 @@ def test_covariances_of_lines_and_corners_fit_their_errors() -> None:
 
 @given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-np.pi, np.pi))
 def test_covariances_follow_a_change_of_frame(x: float, y: float, theta: float) -> None:
-    """Against the Jacobian of the transformation by central differences."""
+    """The expected covariance uses the Jacobian of the transformation by central differences."""
     segments = segments_by_chi_square(scan_of(corner_ranges(1.6, -0.2, 1.2, 1.1)), CONFIG)
     T = Pose2D(x, y, theta)
     moved = segments.transformed(T)

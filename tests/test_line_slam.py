@@ -15,7 +15,7 @@ from slam.scenario.file import load_scenario
 
 PAPER = load_scenario("paper_simulation", ["robot.odometry.travel_noise=0.01"])
 ALL_POINTS = PAPER.slam.model_copy(update={"map": PointMapConfig(draw=1.0)})
-"""Without the random draw, which a point at the rim of the sensor's reach would shift."""
+"""All points are kept: the random draw would change if a point at the range limit came or went."""
 
 
 @pytest.fixture(scope="module")

@@ -74,7 +74,7 @@ def test_points_that_are_not_finite_are_left_out(seed: int, bad: list[tuple[int,
 
 @given(seeds, st.integers(1, 4))
 def test_repeated_points_do_no_harm(seed: int, times: int) -> None:
-    """Every kernel finds the same, and nothing that is not finite."""
+    """All kernels find the same segments, and their numbers are finite."""
     full, svd, sums = all_kernels(np.repeat(noisy_walls(seed, beams=40), times, axis=0), L_Th=11)
     same_segments(full, svd)
     same_segments(svd, sums)

@@ -51,7 +51,7 @@ def loop(start: Pose2D, steps: int) -> list[Pose2D]:
 
 
 def drive(look: Look, localizer: LineLocalizer | LocalizeThenMap, path: list[Pose2D], begun: Pose2D) -> Pose2D:
-    """Along a path, the odometry going on from ``begun``; returns the odometry at the end."""
+    """Drive along a path with odometry that continues from ``begun``; return the odometry at the end."""
     for k, pose in enumerate(path):
         odometry = begun @ path[0].between(pose)
         localizer.update(look(pose, k), Odometry(0.1 * k, odometry))

@@ -65,7 +65,7 @@ class Oracle:
 
 
 class Notes:
-    """A watcher that keeps the steps; and a pilot that keeps where it was said to be."""
+    """A watcher that records the steps, and a pilot that records the poses that it gets."""
 
     progress = 0.25
 

@@ -91,7 +91,7 @@ def test_odometry_does_not_jump_where_the_map_does() -> None:
 
 
 def test_the_map_limits_drift_before_a_loop_is_closed() -> None:
-    """Until the first closure of the second lap, live poses are nearer to the truth than local ones."""
+    """Before the first loop closes in the second lap, live poses are nearer to the truth than local ones."""
     estimates, _, _ = drive(2.0, "auto")
     truth = stack_poses(around(2.0))
     half = len(truth) // 2

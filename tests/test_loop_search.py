@@ -1,4 +1,4 @@
-"""The search for a loop: rooms that are found again, and what is made of two places that are as good."""
+"""The search for a loop: rooms that are found again, and the result if two places fit equally well."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def check(place: FloatArray, agreement: float) -> Check:
 
 
 def moved(x: float, y: float, turn: float) -> FloatArray:
-    """The place that has the key scan so far from where HERE has it, and turned on the spot."""
+    """Return the place at which the key scan is shifted by (x, y) from its pose at HERE, and turned on the spot."""
     there = compose_poses(HERE, OWN) + np.array([x, y, turn])
     back = np.array([there[0], there[1], HERE[2] + turn])
     c, s = np.cos(back[2]), np.sin(back[2])
@@ -65,7 +65,7 @@ def test_a_rotated_second_place_is_a_contradiction(turn: float) -> None:
 
 @given(st.floats(-3.0, 3.0), st.lists(st.floats(-1.0, 1.0), min_size=9, max_size=9))
 def test_an_open_direction_has_no_information(bearing: float, row: list[float]) -> None:
-    """The information of the other directions and of the heading is that with the place along it unknown."""
+    """The other direction and the heading keep the information that they have if the open direction is unknown."""
     spread = np.reshape(row, (3, 3))
     information, d = spread @ spread.T + np.eye(3), np.array([np.cos(bearing), np.sin(bearing), 0.0])
     left = _without(information, d[:2])
@@ -78,11 +78,11 @@ def test_an_open_direction_has_no_information(bearing: float, row: list[float]) 
 
 def test_a_window_is_three_sigmas_up_to_its_maximum() -> None:
     small = _window(HERE, np.diag([0.19, 0.1, 0.05]) ** 2, 50)
-    assert (small.places, small.headings) == (6, 8)  # 0.57 m and 0.15 rad, rounded up
+    assert (small.half_width, small.half_headings) == (6, 8)  # 0.57 m and 0.15 rad, rounded up
     wide = _window(HERE, np.diag([20.0, 9.0, 0.4]) ** 2, 50)
-    assert (wide.places, wide.headings) == (round(MAX_WINDOW / PIXEL), round(MAX_ANGLE / HEADING_STEP))
+    assert (wide.half_width, wide.half_headings) == (round(MAX_WINDOW / PIXEL), round(MAX_ANGLE / HEADING_STEP))
     turned = _window(HERE, np.diag([0.5, 0.5, 0.6]) ** 2, 50)
-    assert turned.headings == 90  # three sigmas, more than is tried where the heading is known
+    assert turned.headings == 90  # three sigmas, more than MAX_ANGLE
     around = _window(HERE, np.diag([0.5, 0.5, 2.0]) ** 2, 50)
     assert around.headings * HEADING_STEP == pytest.approx(np.pi, abs=HEADING_STEP)
     np.testing.assert_allclose(small.information, np.diag(np.array([0.19, 0.1, 0.05]) ** -2.0) / 50.0)
@@ -134,7 +134,7 @@ def test_a_symmetric_hall_is_found_if_its_heading_is_known() -> None:
     loop = found_in(graph, KNOWN)
     assert loop is not None
     off = compose_poses(loop.T_other_submap, DRIFT)
-    assert off[1:] == pytest.approx(np.zeros(2), abs=0.01)  # along the hall it may be left where it was thought to be
+    assert off[1:] == pytest.approx(np.zeros(2), abs=0.01)  # along the hall, x may stay at the prior
 
 
 def test_another_room_gives_no_loop() -> None:
@@ -149,7 +149,7 @@ def test_scans_with_few_walls_are_not_searched_for() -> None:
 
 
 def test_without_a_match_after_a_break_no_edge_is_added() -> None:
-    """The robot was carried into another room: the first is tried, by the graph, and with any heading."""
+    """The robot was carried to another room; the first room is tried at the pose by the graph, and with any heading."""
     corridor = outline((-9.0, -1.0), (9.0, -1.0), (9.0, 1.0), (-9.0, 1.0))
     graph = twice_in(L_ROOM, DRIFT, broken=True)
     graph.keys[3:] = twice_in(corridor, DRIFT, broken=True).keys[3:]

@@ -29,7 +29,7 @@ def printed(recording: Path, entity: str, *options: str) -> str:
 
 
 def rows(recording: Path, entity: str) -> int:
-    """Rows of an entity that have a time, and so are no looks."""
+    """Count the rows of an entity that have a time; those without one are colours and sizes."""
     lines = [
         line for line in printed(recording, entity).splitlines() if f" - {entity} - " in line and "radii" not in line
     ]

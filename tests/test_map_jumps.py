@@ -23,25 +23,25 @@ PERIOD, JUMP = 0.1, 0.5
 
 
 class Driven(NamedTuple):
-    """Steps, metres, and radians turned until the pilot said that it had arrived; and where the robot then was."""
+    """Number of steps, path length, and turn until the pilot said that it had arrived, and the pose of the robot."""
 
     steps: int
-    way: float
+    path_length: float
     turned: float
     end: Pose2D
     fastest: float
 
 
 def drive(direction: float, turn: float, at: int, still: int = 1200) -> Driven:
-    """Drive on an estimate that is off by JUMP metres that way, and by ``turn``, and is right from one step on."""
+    """Drive on an estimate that is off by JUMP metres in ``direction`` and by ``turn`` until step ``at``."""
     off = Pose2D(JUMP * cos(direction), JUMP * sin(direction), turn)
     pilot, pose = WaypointPilot(ROUTE, Pose2D()), Pose2D()
-    way = turned = fastest = 0.0
+    length = turned = fastest = 0.0
     for step in range(still):
         command: Twist2D | None = pilot.command(pose if step >= at else off @ pose)
         if command is None:
-            return Driven(step, way, turned, pose, fastest)
-        way, turned = way + PERIOD * command.linear, turned + PERIOD * abs(command.angular)
+            return Driven(step, length, turned, pose, fastest)
+        length, turned = length + PERIOD * command.linear, turned + PERIOD * abs(command.angular)
         fastest = max(fastest, abs(command.angular))
         pose = pose @ Pose2D(PERIOD * command.linear, 0.0, PERIOD * command.angular)
     raise AssertionError(f"did not arrive after a jump towards {direction:.2f} in step {at}")
@@ -53,8 +53,8 @@ WITHOUT = drive(0.0, 0.0, 0)
 @pytest.mark.parametrize("turn", [0.0, 0.1, -0.1])
 @pytest.mark.parametrize("direction", np.linspace(-pi, pi, 8, endpoint=False))
 def test_a_jump_of_the_map_does_not_jerk_the_robot(direction: float, turn: float) -> None:
-    """Once at any moment of the way: it arrives, turns no faster than it may, at most half a turn there and half a turn
-    back more than without, and goes at most twice the jump further."""
+    """The map jumps once, at any moment of the drive. The robot still arrives and keeps its limit of turning speed. It
+    turns by at most one turn more than without the jump, and its path is longer by at most twice the jump."""
     for at in range(1, 220, 7):
         driven = drive(direction, turn, at)
         if driven.steps < at:
@@ -62,7 +62,7 @@ def test_a_jump_of_the_map_does_not_jerk_the_robot(direction: float, turn: float
         assert driven.end.distance(Pose2D(0.0, 3.0)) <= ROUTE.arrival + 1e-9
         assert driven.fastest <= ROUTE.turn_speed
         assert driven.turned < WITHOUT.turned + 2 * pi + 0.5, at
-        assert driven.way < WITHOUT.way + 2 * JUMP + 0.5, at
+        assert driven.path_length < WITHOUT.path_length + 2 * JUMP + 0.5, at
 
 
 def transforms(folder: Path) -> Iterator[tuple[Pose2D, Pose2D]]:
@@ -90,5 +90,5 @@ def test_only_map_to_odom_jumps_never_odometry(lap_run: Path) -> None:
         [(a @ here).distance(b @ here) for (a, b), here in zip(pairwise(T_map_local), local[1:], strict=True)]
     )
     closed = record.traces.steps["closure"][1:] >= 0
-    assert moved[~closed].max() < 0.1  # what a match may tell
+    assert moved[~closed].max() < 0.1  # by the corrections of matches
     assert (moved[closed] > 1e-4).all()

@@ -20,7 +20,7 @@ def truth_of(count: int, seed: int) -> FloatArray:
 
 
 def edges_of(truth: FloatArray, loops: int, seed: int, noisy: bool) -> Edges:
-    """A chain and so many loops, measured as exactly as their information says."""
+    """Edges of a chain and ``loops`` loops; their information is that of their errors."""
     random = np.random.default_rng(seed)
     count = len(truth)
     pairs = [(k, k + 1) for k in range(count - 1)] + [

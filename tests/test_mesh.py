@@ -30,7 +30,7 @@ def normals(mesh: Mesh) -> np.ndarray:
 
 
 def volume(mesh: Mesh) -> float:
-    """By the divergence theorem: right only when the mesh is closed and faces outwards."""
+    """Compute the volume by the divergence theorem, which holds only if the mesh is closed and faces outwards."""
     a, b, c = mesh.vertices[mesh.triangles].transpose(1, 0, 2)
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
 

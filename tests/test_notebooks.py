@@ -21,7 +21,7 @@ LESS: Final = {
     "paper_method": {"SECONDS": 4},
     "train_policy": {"EPISODE": 1, "GENERATIONS": 1, "POPULATION": 2},
 }
-"""Work of the tests, by the names that the notebooks give it."""
+"""Values that make the notebooks short, by the names of their variables."""
 
 
 @pytest.fixture

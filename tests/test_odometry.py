@@ -60,7 +60,7 @@ def test_the_arc_is_that_of_the_published_equation(left: float, right: float, x:
 
 @given(travels, travels, st.floats(-pi, pi))
 def test_the_minus_sign_of_eq_42_is_a_misprint(left: float, right: float, theta: float) -> None:
-    """With it the robot lands on the far side of its circle, twice the radius away."""
+    """With the printed sign the robot ends on the opposite side of its circle, twice the radius away."""
     assume(abs(left - right) > 1e-4)
     beta = (right - left) / TRACK
     radius = left / beta + TRACK / 2

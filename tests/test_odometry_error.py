@@ -20,7 +20,7 @@ def keys_of(wheels: FloatArray, information: FloatArray = SURE, broken: bool = F
     for k, wheel in enumerate(wheels):
         keys.append(KeyScan(
             pose, (0,), np.empty((0, 7)), np.empty(0, np.float32), TABLE1.lidar,
-            information=information, wheels=wheel, index=k, broken=broken,
+            information=information, wheel_motion=wheel, index=k, broken=broken,
         ))  # fmt: skip
         pose = compose_poses(pose, MOTION)
     return keys

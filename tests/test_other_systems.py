@@ -25,7 +25,7 @@ from hardware.usb_serial import listed_ports
 from sim.plant import plan_plant
 from slam.errors import InputError
 from slam.files.disk import Disk
-from slam.files.links import is_lent, lend_file
+from slam.files.links import is_linked_file, link_file
 from slam.run.results.run_folder import make_run_folder
 from slam.scenario.file import load_scenario
 from slam.scenario.hardware_config import HardwareConfig
@@ -167,9 +167,9 @@ def refuse_link(*_: object) -> None:
 def test_files_are_copied_without_the_right_to_make_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Path, "symlink_to", refuse_link)
     (tmp_path / "file").write_text("text")
-    lend_file(tmp_path / "file", tmp_path / "lent")
+    link_file(tmp_path / "file", tmp_path / "lent")
     assert (tmp_path / "lent").read_text() == "text"
-    assert is_lent(tmp_path / "lent")
+    assert is_linked_file(tmp_path / "lent")
 
 
 def test_a_disk_without_links_has_no_latest_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

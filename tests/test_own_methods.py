@@ -162,7 +162,7 @@ class Broken(Mute):
 
 @pytest.fixture
 def faulty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """The module ``faulty``, and ``broken``, which is no Python."""
+    """The module ``faulty``, and ``broken``, which is not Python."""
     (tmp_path / "faulty.py").write_text(FAULTY)
     (tmp_path / "broken.py").write_text("def f(:")
     monkeypatch.syspath_prepend(tmp_path)
@@ -181,7 +181,7 @@ def faulty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         ("lines.method=faulty:blind", "faulty:blind does not take what it is called with: too many positional"),
         ("lines.method=faulty:number", "faulty:number is of type int; a function or a class belongs here"),
         ("lines.method=broken:f", "broken:f: SyntaxError: invalid syntax ("),
-        ("matching.method=faulty:Bare", "faulty:Bare is no matcher: Bare has no locate, add, points, lines"),
+        ("matching.method=faulty:Bare", "faulty:Bare is not a valid matcher: Bare has no locate, add, points, lines"),
         ("matching={method: 'faulty:Bare', options: {foo: 1}}", "faulty:Bare takes no option 'foo'; it takes reach"),
         ("matching.method=faulty:Careless", "faulty:Careless: TypeError: can only concatenate str"),
         ("matching.method=faulty:Wrong", "faulty:Wrong.locate returned Pose2D, not Match"),

@@ -62,7 +62,7 @@ def controller_of(**errors: object) -> Controller:
 
 
 def roll(controller: Controller, left: int, right: int) -> None:
-    """Turn the wheels to so many ticks since the start, and look at them."""
+    """Turn the wheels to these counts of ticks since the start, and read the encoders."""
     angles = np.array([left, right]) * 2.0 * pi / TICKS_PER_TURN
     controller.look((angles[0], 0.0, (), 0.0), (angles[1], 0.0, (), 0.0))
 
@@ -133,7 +133,7 @@ def test_a_wrong_wheel_radius_drives_an_unnoticed_circle() -> None:
 
 
 def square(rig: Rig, sense: float, side: float) -> tuple[Pose2D, Pose2D]:
-    """Drive a square in the firmware's own eyes; where it ends, and where the odometry says."""
+    """Drive a square by the odometry; return the true end and the end by the odometry."""
     a, wa = FAST.acceleration, FAST.angular_acceleration
     for _ in range(4):
         rig.go(1.0, 0.0, side)  # the ramps up and down take the same time, and so add up to the whole
@@ -192,9 +192,12 @@ def test_a_firmware_that_knows_the_effective_track_turns_right() -> None:
 @given(st.floats(0.0, 0.9), st.floats(0.2, 0.6), st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
 def test_slip_and_scrub_back_are_the_inverse(slip: float, effective_track: float, left: float, right: float) -> None:
     (model,) = model_of(RobotConfig(traction=Traction(slip=slip, effective_track=effective_track)), RATE)
-    there = np.array([[model["same"], model["other"]], [model["other"], model["same"]]])
+    there = np.array([[model["own_gain"], model["cross_gain"]], [model["cross_gain"], model["own_gain"]]])
     back = np.array(
-        [[model["same_inverse"], -model["other_inverse"]], [-model["other_inverse"], model["same_inverse"]]]
+        [
+            [model["own_gain_inverse"], -model["cross_gain_inverse"]],
+            [-model["cross_gain_inverse"], model["own_gain_inverse"]],
+        ]
     )
     assert back @ there @ [left, right] == pytest.approx([left, right], abs=1e-9)
 

@@ -16,7 +16,7 @@ def drawn() -> Pictures:
 
 
 def some_shifts() -> IntArray:
-    """Some that begin before the picture, some that end behind it."""
+    """Draw shifts, some of which begin before the picture or end behind it."""
     random = np.random.default_rng(1)
     rows_columns = random.integers(-2 * BLOCK * BLOCKS, SIZE + 5, (3, 40, 2))
     return np.concatenate([random.integers(0, 9, (3, 40, 1)), rows_columns], axis=2)
@@ -44,17 +44,17 @@ def test_bounds_are_sums_of_maxima_inside_the_picture() -> None:
 
 
 def test_the_best_place_of_a_block_equals_a_plain_search() -> None:
-    """Facets that lie outside of the picture there count nothing; the prior takes its cost off."""
+    """Facets outside the picture do not count; the cost of the prior is subtracted."""
     pictures, shifts = drawn(), some_shifts()
     window = Window(np.array([1.0, -2.0, 0.3]), np.diag([0.4, 0.2, 5.0]), 10, 1)
-    blocks = (2 * window.places + BLOCK) // BLOCK
+    blocks = (2 * window.half_width + BLOCK) // BLOCK
     chosen = np.array([0, 8, blocks * blocks + 13, 3 * blocks * blocks - 1])
     places, shares = _best_of_blocks(chosen, blocks, shifts, pictures.drawn, window)
     for block, place, share in zip(chosen.tolist(), places, shares, strict=True):
         a, i0, j0 = np.unravel_index(block, (3, blocks, blocks))
         best: tuple[float, ...] = (-np.inf,)
-        for i in range(BLOCK * i0, min(BLOCK * (i0 + 1), 2 * window.places + 1)):
-            for j in range(BLOCK * j0, min(BLOCK * (j0 + 1), 2 * window.places + 1)):
+        for i in range(BLOCK * i0, min(BLOCK * (i0 + 1), 2 * window.half_width + 1)):
+            for j in range(BLOCK * j0, min(BLOCK * (j0 + 1), 2 * window.half_width + 1)):
                 total = 0.0
                 for side, row, column in shifts[a] + np.array([0, i, j]):
                     total += pictures.drawn[side, row, column] if 0 <= row < SIZE and 0 <= column <= SIZE else 0.0

@@ -25,7 +25,7 @@ from slam.robot import Observation
 from slam.scenario.schema import Scenario
 
 OUTLINE = unary_union([box(-0.245, -0.1905, 0.21, 0.1905), box(-0.30, -0.15, -0.245, 0.15)])
-"""Of p3dx.urdf."""
+"""Outline of the robot in p3dx.urdf."""
 NOBODY = np.empty((0, 2)), np.empty(0)
 HALL = {"walls": [{"points": [[-50, -50], [50, -50], [50, 50], [-50, 50]], "closed": True}]}
 WALL_AHEAD = {"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]}

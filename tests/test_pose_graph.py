@@ -11,7 +11,7 @@ from slam.pose import FloatArray, compose_poses, inverse_poses, relative_poses, 
 
 KERNEL = 30.0
 INFORMATION = np.diag([1e4, 8e3, 1e5])
-"""Of edges that err by about a centimetre and three milliradians."""
+"""Information of edges with errors of about a centimetre and three milliradians."""
 NOISE = 0.01, 0.01, 0.003
 POSE = st.tuples(st.floats(-20, 20), st.floats(-20, 20), st.floats(-3.1, 3.1)).map(np.array)
 
@@ -89,7 +89,7 @@ def test_wrong_loops_get_little_weight() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_system_is_the_derivative_of_the_sum(seed: int) -> None:
-    """Against finite differences of half the weighted sum of squares."""
+    """The expected values are finite differences of half the weighted sum of squares."""
     random = np.random.default_rng(seed)
     poses = random.normal(0.0, 2.0, (4, 3))
     edges = Edges.of(

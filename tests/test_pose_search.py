@@ -41,7 +41,7 @@ def chained(motions: list[Pose2D]) -> list[Pose2D]:
 
 @pytest.mark.parametrize("turn", [0.9, -1.4])
 def test_a_motion_missing_from_odometry_is_found(scan_of: Scanner, room: FloatArray, turn: float) -> None:
-    """Half a metre and a turn at once; nothing else is wrong with them."""
+    """The wheels miss one jump of half a metre and a turn; otherwise they are right."""
     path = PATH[:20] + [PATH[19] @ Pose2D(0.4, 0.3, turn) @ PATH[19].between(pose) for pose in PATH[20:]]
     wheels = chained([Pose2D() if k == 19 else a.between(b) for k, (a, b) in enumerate(pairwise(path))])
     run = drive(scan_of, [room] * 40, path, wheels)
@@ -99,15 +99,15 @@ def test_the_predicted_view_is_the_scan(
     pose = Pose2D(x, y, theta)
     there = view(mapped, scan_of(room, pose, 1), pose)
     assert there.agreeing > 0.2
-    assert there.borne_out > 0.9
+    assert there.supported > 0.9
     elsewhere = view(mapped, scan_of(HALL, Pose2D(), 1), pose)
-    assert elsewhere.borne_out < there.borne_out
+    assert elsewhere.supported < there.supported
 
 
 def test_an_empty_prediction_rejects_nothing(scan_of: Scanner, room: FloatArray) -> None:
     nothing = view(SurfelMap(SlamConfig().map), scan_of(room, Pose2D(), 1), Pose2D())
     assert nothing == View(0.0, 0.0, 0.0)
-    assert nothing.borne_out == 1.0
+    assert nothing.supported == 1.0
 
 
 @given(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))

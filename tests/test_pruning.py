@@ -12,7 +12,7 @@ from slam.bench.block_log import cast_walls
 from slam.config import SlamConfig
 from slam.graph.anchors import Anchors
 from slam.graph.back_end import BackEnd
-from slam.graph.joined_edges import fused, joined, turned_round, worn
+from slam.graph.joined_edges import fused, inflated, inverted, joined
 from slam.graph.key_scan import KeyScan
 from slam.graph.marginals import pose_covariances
 from slam.graph.pose_graph import NO_LOOP, Edge, Edges, solve_graph
@@ -32,7 +32,7 @@ LAPS: Final = 10
 
 
 def rectangle(x: float, y: float, to_x: float, to_y: float) -> FloatArray:
-    """Its four sides, (4, 2, 2)."""
+    """Return the four sides of a rectangle, (4, 2, 2)."""
     corners = np.array([[x, y], [to_x, y], [to_x, to_y], [x, to_y], [x, y]])
     return np.stack([corners[:-1], corners[1:]], axis=1)
 
@@ -45,7 +45,7 @@ SHELVES: Final = np.concatenate([rectangle(0.5, -1, 7.5, -0.6), rectangle(8.6, 0
 
 
 def lap() -> list[Pose2D]:
-    """Along the sides of CORNERS, turning on the spot."""
+    """Drive along the sides of CORNERS, and turn on the spot at the corners."""
     poses = []
     for side, (start, end) in enumerate(zip(CORNERS, np.roll(CORNERS, -1, axis=0), strict=True)):
         length, heading = float(np.hypot(*(end - start))), side * np.pi / 2
@@ -61,7 +61,7 @@ LAP: Final = lap()
 
 
 class Drive:
-    """A drive around, and what the front end makes of it; its odometry turns too far."""
+    """Laps through the rooms, and the key scans that the front end makes; the odometry overestimates rotation."""
 
     def __init__(self, laps: int, changed_after: int | None = None) -> None:
         self.truth, self.keys = stack_poses(LAP * laps), list[KeyScan]()
@@ -106,13 +106,13 @@ def driven() -> Drive:
 
 @pytest.fixture(scope="module")
 def back_end(driven: Drive) -> BackEnd:
-    """After all laps."""
+    """The back end after all laps."""
     return driven.back_end()
 
 
 @pytest.fixture(scope="module")
 def early(driven: Drive) -> BackEnd:
-    """After five laps."""
+    """The back end after five laps."""
     return driven.back_end(5)
 
 
@@ -129,7 +129,7 @@ def test_five_more_laps_do_not_make_the_graph_larger(driven: Drive, early: BackE
 
 def test_remaining_key_scans_are_renumbered(driven: Drive, back_end: BackEnd) -> None:
     graph, taken = back_end.graph, {key.index: key for key in driven.keys}
-    assert graph.taken == len(driven.keys)
+    assert graph.added_count == len(driven.keys)
     for number, (key, node) in enumerate(zip(graph.keys, graph.key_nodes, strict=True)):
         assert graph.number_of(node) == number
         assert set(key.submaps) <= set(taken[key.index].submaps)
@@ -217,8 +217,8 @@ def covariance_of(edges: list[Edge], start: FloatArray, node: int) -> tuple[Floa
 @settings(max_examples=30)
 def test_an_edge_inverted_twice_is_unchanged(measured: FloatArray, spread: FloatArray) -> None:
     once = edge(0, 1, measured, spread)
-    twice = turned_round(turned_round(once))
-    np.testing.assert_allclose(compose_poses(once.measured, turned_round(once).measured), 0.0, atol=1e-9)
+    twice = inverted(inverted(once))
+    np.testing.assert_allclose(compose_poses(once.measured, inverted(once).measured), 0.0, atol=1e-9)
     np.testing.assert_allclose(twice.measured, once.measured, atol=1e-9)
     np.testing.assert_allclose(twice.information, once.information, rtol=1e-6, atol=1e-9)
 
@@ -234,8 +234,8 @@ def test_joined_edges_equal_the_marginal_of_the_graph(
     pose, covariance = covariance_of([first, second], start, 2)
     np.testing.assert_allclose(relative_poses(pose, one.measured), 0.0, atol=1e-9)
     np.testing.assert_allclose(np.linalg.inv(one.information), covariance, rtol=1e-6, atol=1e-8)
-    back = joined(turned_round(second), turned_round(first))
-    np.testing.assert_allclose(turned_round(back).information, one.information, rtol=1e-6, atol=1e-8)
+    back = joined(inverted(second), inverted(first))
+    np.testing.assert_allclose(inverted(back).information, one.information, rtol=1e-6, atol=1e-8)
 
 
 @given(POSES, SPREADS, SPREADS, POSES)
@@ -252,7 +252,7 @@ def test_repeated_information_does_not_shrink_covariance() -> None:
     again = Edge(0, 1, np.zeros(3), np.diag([400.0, 400.0, 1e4]))
     tie, sigmas = again, np.array([0.01, 0.01, 0.002])
     for _ in range(1000):
-        tie = fused(worn(tie, sigmas), again)
+        tie = fused(inflated(tie, sigmas), again)
     assert (0.01 < np.sqrt(np.diag(np.linalg.inv(tie.information))[:2])).all()
 
 

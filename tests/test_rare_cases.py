@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slam.graph.constellation import CELLS, Constellation
-from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, _let_go
+from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, _drop_deviating
 from slam.graph.wall_votes import REACH, SHIFTS, TURN_BINS, TURNS, TURNS_APART, places_voted_for, shift_votes
 from slam.lines.beam_sums import chi_square, prefix_sums
 from slam.lines.learnt_noise import ASSUMED, BANDS, MEMORY, SIZES, LearntNoise, _peak
@@ -39,7 +39,7 @@ def grid_of(facets: FloatArray) -> Grid:
 
 
 def test_free_floor_ends_at_its_last_cell() -> None:
-    """In a hall of 40 m only the 16 m to each side are kept; the row through the middle is free from end to end."""
+    """Only 16 m to each side are kept of a hall of 40 m; the row through its middle is completely free."""
     corners = 20.0 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     free = Constellation.of(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)).free
     assert free[CELLS].all()
@@ -53,13 +53,13 @@ def test_pieces_off_the_refitted_line_are_dropped() -> None:
     pieces = np.array([piece(0.0, 1.0), piece(0.3, 1.0), piece(0.6, 1.05)])
     wall_of, sums, line = np.zeros(3, np.int64), pieces.sum(axis=0), np.zeros(4)
     line[[LINE_NX, LINE_NY]], line[LINE_X:] = (0.0, 1.0), (0.15, 1.0)
-    _let_go(pieces, np.array([1, 2]), 0.01, wall_of, sums, line)
+    _drop_deviating(pieces, np.array([1, 2]), 0.01, wall_of, sums, line)
     assert wall_of.tolist() == [0, 0, -1]
     np.testing.assert_allclose(sums, pieces[:2].sum(axis=0))
 
 
 def test_a_short_wall_has_few_places_along_itself() -> None:
-    """Its strip is seven cells long, and two places are more than two cells apart."""
+    """The votes form a strip of seven cells, and two places must be more than two cells apart."""
     places = places_voted_for(WALL, WALL)
     assert 0 < len(places) < SHIFTS
     assert (places[:, SCORE] > 0.0).all()
@@ -120,7 +120,7 @@ def test_points_around_one_place_have_a_line_through_it(middle: tuple[float, flo
 
 
 def test_beams_of_one_bearing_make_no_wall() -> None:
-    """Their sums leave the line through them open."""
+    """Points at one bearing do not determine a line."""
     ranges, q = np.array([2.0, 2.1, 2.2]), 1e4
     totals = q * np.array([[3.0, ranges.sum(), 0.0, ranges @ ranges, 0.0, 0.0]])
     fan = np.stack([np.zeros(3), np.ones(3), np.zeros(3)])
@@ -139,7 +139,7 @@ def beams_on_a_wall() -> tuple[FloatArray, FloatArray]:
 
 
 def test_three_runs_of_one_wall_are_made_one() -> None:
-    """But not over a gap."""
+    """They stay apart if there is a gap between them."""
     for gap, expected in ((False, [0, 15]), (True, [0, 5, 10, 15])):
         partition = Partition(np.array([0, 5, 10, 15]), np.array([True, False, gap, True]), np.zeros(4))
         runs = merge_three(beams_on_a_wall()[1], 3, partition, 1.0)
@@ -182,7 +182,7 @@ def test_a_better_wall_replaces_its_part_of_another(
 
 
 def test_a_corner_does_not_reverse_a_short_wall() -> None:
-    """The corner lies near its start: that goes there, and its end stays."""
+    """The corner is near its start, which moves to the corner; its end stays."""
     walls = np.array([[[0.04, -1.0], [0.04, 1.0]], [[0.0, 0.0], [0.22, 0.0]]])
     np.testing.assert_allclose(meet_at_corners(walls)[1], [[0.04, 0.0], [0.22, 0.0]], atol=1e-12)
 
@@ -196,11 +196,11 @@ def test_beams_without_a_reading_do_not_score_a_pose() -> None:
     view = compare_view(grid, free_beams(scan, 4.0), scan.echoes, ORIGIN, 8.0)
     assert view.agreeing > 0.4
     assert view.through == view.hidden == 0.0
-    assert view.agreeing == pytest.approx(round(10 * view.agreeing) / 10)  # of the ten that have one
+    assert view.agreeing == pytest.approx(round(10 * view.agreeing) / 10)  # ten beams have a reading
 
 
 def test_no_wall_is_predicted_for_a_beam_that_grazes_it() -> None:
-    """A surfel close by: for beams at less than half the least cosine it is not there, and for others it is."""
+    """A surfel close by is not predicted for beams that meet it at less than half of the least cosine of incidence."""
     x, y = 0.14, 0.04
     grid, bearings = grid_of(facets_at([(x, y)], (0.0, 1.0))), np.arange(-0.6, 1.0, 0.01)
     scan = LaserScan(0.0, -0.6, 0.01, 0.02, 8.0, np.full(len(bearings), 3.0))
@@ -232,7 +232,8 @@ def test_short_and_unsure_segments_give_no_heading() -> None:
 
 @pytest.mark.parametrize(("walls", "turn"), [((2.0, 92.0, 182.0), -2.0), ((5.0,), None), ((40.0, 45.0), None)])
 def test_walls_turn_the_scan_into_a_main_direction(walls: tuple[float, ...], turn: float | None) -> None:
-    """The building has two, at 0 and at 10 degrees; walls amid them, and those far from both, do not tell."""
+    """The building has main directions at 0 and 10 degrees; walls midway between them, or far from both, do not
+    count."""
     rows = np.array([(np.radians(wall), 1e-6, 3.0) for wall in walls])
     main = np.array([(0.0, 1e-6), (np.radians(10.0), 1e-6)])
     found, variance = turn_to_main(rows, main, 0.0, np.radians(7.0))

@@ -160,7 +160,7 @@ def test_rays_start_where_the_sensor_is_when_the_beam_fires() -> None:
 def test_a_leg_stops_the_beams_that_meet_it_when_they_fire() -> None:
     rays = rays_along(np.zeros((4, 2)), np.zeros(4))
     ranges = np.array([3.0, 3.0, 1.0, 3.0])
-    legs = np.array([[[2.0, 0.0]], [[2.0, 0.3]]])  # it leaves the way between the rows
+    legs = np.array([[[2.0, 0.0]], [[2.0, 0.3]]])  # it steps aside between two rows of the path
     stop_at_legs(rays, ranges, legs, np.array([0.1]), 0.25)
     assert ranges == pytest.approx([1.9, 2.0 - np.sqrt(0.1**2 - 0.075**2), 1.0, 3.0])
 

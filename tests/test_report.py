@@ -39,9 +39,9 @@ class Page(HTMLParser):
         super().__init__()
         self.open: list[str] = []
         self.scrolling: list[bool] = []
-        """Of each open tag: whether what is in it can be scrolled sideways."""
+        """For each open tag, True if its content can be scrolled sideways."""
         self.stuck: list[str] = []
-        """What is wide, and cannot be."""
+        """Wide elements that cannot be scrolled."""
         self.ids: list[str] = []
         self.tags: set[str] = set()
         self.addresses: list[str] = []
@@ -93,7 +93,7 @@ def page_of(*folders: Path) -> tuple[str, Page]:
 
 
 def check_alone(text: str, page: Page) -> None:
-    """It is whole, asks nothing of anyone, and nothing wide is cut off by a narrow screen."""
+    """Check that the page is complete, loads nothing, and that wide content can be scrolled on a narrow screen."""
     assert not page.open
     assert not page.stuck
     assert len(set(page.ids)) == len(page.ids)
@@ -193,7 +193,7 @@ def test_an_interrupted_run_is_never_marked_best(ending: str | None) -> None:
 
 
 def test_runs_of_one_name_are_distinguished(run: Path, tmp_path: Path) -> None:
-    """By the seed, by a setting, by the date, and by the folder where all else is the same."""
+    """The name shows the seed, a setting or the date that differs, and the folder if all else is equal."""
     folders = [copy_of(run, tmp_path / str(number)) for number in range(4)]
     for folder, given in zip(folders, ({}, {"seed": 7}, {"duration": 9.0}, {}), strict=True):
         config = yaml.safe_load((folder / "config.yaml").read_text())
@@ -303,7 +303,7 @@ def test_doubtful_loops_are_described_and_listed_first(lap_run: Path, tmp_path: 
 
 
 def test_segments_are_moved_with_their_scans() -> None:
-    """Against Pose2D, one by one."""
+    """The expected ends come from Pose2D, one segment at a time."""
     rng = np.random.default_rng(0)
     poses, ends = rng.normal(size=(5, 3)), rng.normal(size=(5, 2, 2))
     expected = [Pose2D(*pose).transform(line) for pose, line in zip(poses, ends, strict=True)]

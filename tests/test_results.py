@@ -214,7 +214,7 @@ KILLED = """
 
 
 def hear_ctrl_c() -> None:
-    """For a child whose parent ignores SIGINT, as a shell does in the background."""
+    """Enable SIGINT in a child whose parent ignores it, as a shell does for background jobs."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -269,6 +269,6 @@ def test_a_failed_write_leaves_no_file(tmp_path: Path) -> None:
 
 def test_latest_is_not_overwritten_when_it_is_no_link(tmp_path: Path) -> None:
     (tmp_path / "latest").mkdir()
-    with pytest.raises(InputError, match="is no link"):
+    with pytest.raises(InputError, match="is not a link"):
         make_run_folder("corridor", runs=tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["latest"]

@@ -34,14 +34,14 @@ def replay_robot(log: Path, devices: ExitStack) -> Robot:
 
 
 def hardware_robot(log: Path, devices: ExitStack) -> Robot:
-    """On emulated devices at two pseudo-terminals."""
+    """The robot of emulated devices at two pseudo-terminals."""
     emulator = devices.enter_context(Emulator(room_plant((-2.0, 3.5), (-2.0, 2.0), 0.16), paced=False))
     settings = [*emulator.port_settings, f"duration={0.1 * SCANS}"]
     return make_robot("hardware", load_scenario("corridor", settings), yes=True)
 
 
 def ros_robot(log: Path, devices: ExitStack) -> Robot:
-    """On the topics of a simulated node."""
+    """The robot on the topics of a simulated node."""
     settings = ["physics.engine=plan", "lidar.noise=none"]
     node = devices.enter_context(SimulatedNode(load_scenario("corridor", settings)))
     return make_robot("ros", load_scenario("corridor", [*settings, f"duration={0.1 * SCANS}"]), bus=node.bus)
@@ -111,9 +111,7 @@ def test_drive_returns_the_applied_command(make: Callable[[], Robot]) -> None:
         assert 0.0 < applied.linear <= 1.3
 
 
-@pytest.mark.parametrize(
-    "make", ["replay", "sim", "sim, plan"], indirect=True
-)  # real time never passes twice in the same way
+@pytest.mark.parametrize("make", ["replay", "sim", "sim, plan"], indirect=True)  # in real time no two runs are equal
 def test_the_same_robot_twice_is_the_same(make: Callable[[], Robot]) -> None:
     runs = []
     for _ in range(2):

@@ -119,7 +119,7 @@ def test_a_mistake_names_its_key_and_line(old: str, new: str, complaint: str, tm
     ],
 )
 def test_a_setting_of_another_mode_names_that_mode(setting: str, theirs: str, needed: str, mode: str) -> None:
-    """And where it is refused, what the message says to add makes it work."""
+    """If the setting is refused, adding what the message says makes it work."""
     given, says = (
         [f"slam.mode={mode}", setting],
         f"{theirs} mode only: add --set slam.mode={theirs} (it needs {needed})",

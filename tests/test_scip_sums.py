@@ -35,7 +35,7 @@ class Flicker(SimPlant):
 
 
 def answers_of(commands: list[bytes], turns: int = 0) -> list[list[bytes]]:
-    """The lines of every answer, within so many turns, of a sensor that is in SCIP 2.0 with its laser on."""
+    """Return the lines of every answer within ``turns`` turns of a sensor in SCIP 2.0 with its laser on."""
     lidar = EmulatedUrg04lx(Flicker(room_scenario((-1.0, 1.0), (-1.0, 1.0))), paced=False)
     said = b""
     for command in (b"SCIP2.0", b"BM", *commands):

@@ -24,7 +24,7 @@ def plant(**changes: object) -> SimPlant:
 
 
 def drive(moved: SimPlant, seconds: float, twist: Twist2D) -> None:
-    """Up to this speed within half a second."""
+    """Drive, with a ramp of half a second up to this speed."""
     for k in range(round(100 * seconds)):
         share = min(1.0, k / 50)
         moved.advance(0.01, Twist2D(share * twist.linear, share * twist.angular))

@@ -94,7 +94,7 @@ def test_a_fresh_process_gives_the_same_observations() -> None:
     tests = Path(__file__).parent
     run = subprocess.run([sys.executable, "-c", code], cwd=tests, capture_output=True, text=True, check=True)
     assert run.stdout.split() == [fingerprint_of(5)]
-    assert bool(run.stderr) == (find_spec("pybullet") is None)  # a line says that it is missing
+    assert bool(run.stderr) == (find_spec("pybullet") is None)  # a warning that PyBullet is missing
 
 
 def test_lidar_and_odometry_have_noise_of_their_own() -> None:
@@ -306,7 +306,7 @@ def test_a_closed_robot_reports_it() -> None:
 
 
 def test_physics_control_and_scans_divide_one_another() -> None:
-    with pytest.raises(ValidationError, match=r"physics\.rate = 245 is no multiple of robot\.control_rate = 60"):
+    with pytest.raises(ValidationError, match=r"physics\.rate = 245 is not a multiple of robot\.control_rate = 60"):
         scenario(physics={"rate": 245})
     with pytest.raises(ValidationError, match=r"robot\.control_rate = 75 gives 7\.5 control steps"):
         scenario(physics={"rate": 150}, robot={"control_rate": 75})

@@ -20,7 +20,7 @@ from slam.odometry import Twist2D
 from slam.scenario.robot_config import RobotConfig
 
 CASTER = 0.211
-"""From the axle back to where the caster touches the floor, metres."""
+"""Distance from the axle back to the contact point of the caster, metres."""
 
 
 def controller_at(rate: int) -> Controller:
@@ -162,7 +162,7 @@ def grip_needed(height: float) -> float:
 
 @pytest.mark.parametrize(("share", "stalls"), [(0.95, False), (1.07, True)])
 def test_wheels_spin_on_a_slippery_floor_else_stall(share: float, stalls: bool) -> None:
-    """At a low sill, whose push is between 10 and 30 mm up."""
+    """The obstacle is a low sill, which pushes at a height between 10 and 30 mm."""
     slippery = {"traction": {"friction": share * grip_needed(0.01 if share < 1.0 else 0.03)}}
     driven = drive(scene(sill(0.03), robot=slippery), seconds=6.0)
     assert driven.stalled.any() == stalls

@@ -23,7 +23,7 @@ FEW, MANY, WIDE = 20, 60, 1000
 
 
 class Source:
-    """Rows, and how often they were read from the begin."""
+    """Rows, and how often they were read from the beginning."""
 
     def __init__(self) -> None:
         self.passes = 0

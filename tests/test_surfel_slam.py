@@ -29,7 +29,7 @@ CORRIDOR = np.array([[-100, -1], [100, -1], [100, 1], [-100, 1], [-100, -1]], fl
 
 
 def ranges_in(corners: FloatArray, pose: Pose2D, bearings: FloatArray = BEARINGS, reach: float = 8.0) -> FloatArray:
-    """To the walls between these corners, from a pose."""
+    """Return the ranges from a pose to the walls between these corners."""
     start, along = corners[:-1] - pose.translation, np.diff(corners, axis=0)
     d = np.stack([np.cos(bearings + pose.theta), np.sin(bearings + pose.theta)], axis=1)[:, None]
     cross = d[..., 0] * along[:, 1] - d[..., 1] * along[:, 0]
@@ -86,7 +86,7 @@ def test_a_coarse_sensor_agrees_with_its_map_too(noise: float) -> None:
 
 
 def test_a_jump_of_the_odometry_is_survived() -> None:
-    """One metre and half a radian at once."""
+    """The odometry jumps by one metre and half a radian at once."""
     path, wheels = round_trip(1.0)
     leap = Pose2D(0.8, -0.6, 0.5)
     run = drive(ROOM, path, [w if k < 20 else wheels[19] @ leap @ wheels[19].between(w) for k, w in enumerate(wheels)])
@@ -115,7 +115,7 @@ def test_in_a_bare_corridor_odometry_is_used_and_reported() -> None:
 
 
 def test_the_map_does_not_grow_lap_after_lap() -> None:
-    """With a noise that makes short wrong walls now and then."""
+    """The noise makes short wrong walls now and then."""
     path = [Pose2D(0.5 + 1.2 * cos(0.1 * k), 0.8 * sin(0.1 * k), 0.1 * k) for k in range(315)]
     start = path[0].inverse()
     run = drive(ROOM, path, [start @ pose for pose in path], 0.03)
@@ -233,7 +233,7 @@ def test_new_facets_count_with_an_unknown_shift() -> None:
 
 
 def test_a_person_walking_along_does_not_shift_the_pose() -> None:
-    """In a corridor without an end, whose walls say nothing of the way along it."""
+    """The corridor has no ends, so its walls do not constrain the position along it."""
     slam, size = LineSlam(SlamConfig(), Pose2D()), 0.12
     for k in range(100):
         pose, x = Pose2D(0.05 * k), 0.8 + 0.08 * k  # a box at 0.8 m/s, ahead of the robot
@@ -280,7 +280,7 @@ def test_incompatible_parts_are_refused() -> None:
 
 
 def test_echoes_at_the_end_of_the_reach_are_left_out() -> None:
-    """At the end of the reach only echoes that are too short arrive, so that a wall would be mapped too near."""
+    """Near the range limit only readings that are too short arrive, so that a wall would be mapped too near."""
     scan = scan_of(ROOM, Pose2D(), noise=0.02)
     facets = facets_of(scan, extract_segments(scan, SlamConfig().lines), 0.2)
     nearer = replace(scan, range_max=4.0, ranges=np.where(scan.ranges <= 4.0, scan.ranges, np.inf))
@@ -290,7 +290,7 @@ def test_echoes_at_the_end_of_the_reach_are_left_out() -> None:
 
 
 def test_a_lost_robot_does_not_change_the_map() -> None:
-    """With settings under which every scan that is matched counts as lost, the map stays that of the first."""
+    """The settings make every matched scan count as lost, so the map stays that of the first scan."""
     slam = LineSlam(
         SlamConfig.model_validate({"loops": "never", "matching": {"lost_below": 1.0, "lost_after": 1}}), Pose2D()
     )

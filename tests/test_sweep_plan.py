@@ -26,7 +26,7 @@ def ids(**changes: object) -> list[str]:
 
 @given(st.one_of(st.floats(allow_nan=False, allow_infinity=False), st.integers(), st.booleans(), st.text("ab:{}, #")))
 def test_a_setting_is_read_back_as_the_same_value(value: object) -> None:
-    """As --set reads it: with all digits, in spite of YAML."""
+    """``--set`` reads the text back with all digits, although YAML would round or retype it."""
     from slam.scenario.settings import parse_setting
 
     assert parse_setting(format_setting("route.speed", value)) == (("route", "speed"), value)

@@ -37,7 +37,7 @@ def row(run: str, **values: Any) -> dict[str, Any]:
 def test_only_the_last_row_of_an_id_is_read(
     new_folder: Callable[[], Folder], batches: list[list[tuple[str, dict[str, Any]]]]
 ) -> None:
-    """However often the journal is taken in between, and whatever columns the rows have."""
+    """This holds however often the journal is compacted in between, and whatever columns the rows have."""
     folder, expected = new_folder(), {}
     for batch in batches:
         store = ResultStore(folder)  # another driver each time
@@ -53,7 +53,7 @@ def test_only_the_last_row_of_an_id_is_read(
 
 
 def test_a_row_stored_twice_is_read_once(tmp_path: Path) -> None:
-    """As after a kill between the two."""
+    """A process killed between writing the table and removing the journal leaves the row in both."""
     store = ResultStore(Folder(str(tmp_path)))
     store.add(row("a", x=1))
     journal = next((tmp_path / "rows").iterdir())

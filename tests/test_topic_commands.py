@@ -52,7 +52,7 @@ REACH = st.floats(-1e6, 1e6)
 
 
 def cdr(topic: Topic, linear: float, angular: float) -> bytes:
-    """By rosbags and its newest types, as a ROS node sends it."""
+    """Encode a command as a ROS node sends it, by rosbags and its newest types."""
     make = JAZZY.types
     vector = make["geometry_msgs/msg/Vector3"]
     twist = make["geometry_msgs/msg/Twist"](vector(linear, 0.0, 0.0), vector(0.0, 0.0, angular))

@@ -59,7 +59,7 @@ def test_the_motion_out_of_the_plane_is_dropped(tmp_path: Path) -> None:
         ("1 2 3 0 0 0 0 1\n2 2 3 0 0 0 1\n", "line 2: 7 numbers"),
         ("1 2 3 0 0 0 0 x\n", "line 1: not a number"),
         ("1 nan 3 0 0 0 0 1\n", "line 1: impossible value"),
-        ("1 2 3 0 0 0 0 0\n", "line 1: qx qy qz qw are no unit quaternion"),
+        ("1 2 3 0 0 0 0 0\n", "line 1: qx qy qz qw are not a unit quaternion"),
         ("2 2 3 0 0 0 0 1\n1 2 3 0 0 0 0 1\n", "the stamps do not increase"),
         ("\0\x8b\xff", "line 1: not a number"),
     ],

@@ -189,8 +189,8 @@ def test_rerun_verifies_a_whole_recording(run: Path) -> None:
     assert rerun("rrd", "verify", recording, run.parent / "a.rrd").returncode == 0
     assert entities(recording) >= ENTITIES
     scans = len((run / "trajectory.tum").read_text().splitlines())
-    assert rows(recording, "/map/scan") == scans + 2  # and its looks and its place, once
-    assert recording.stat().st_size / scans < 20_000  # with what is static
+    assert rows(recording, "/map/scan") == scans + 2  # plus its style and its mount, once each
+    assert recording.stat().st_size / scans < 20_000  # including static data
 
 
 def test_view_creates_a_missing_recording(run: Path, tmp_path: Path) -> None:

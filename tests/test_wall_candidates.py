@@ -52,7 +52,7 @@ def known(rooms: list[tuple[FloatArray, list[Pose2D], Pose2D]]) -> tuple[WallCan
 @settings(max_examples=20, deadline=None)
 @given(DRIFTS, DRIFTS)
 def test_a_room_is_recognized_whatever_the_drift(T_first_world: Pose2D, T_last_world: Pose2D) -> None:
-    """Driven the other way, and told nothing of where the frame has drifted to."""
+    """The room is driven the other way, and the drift of the frame is unknown to the search."""
     back = [pose @ Pose2D(theta=np.pi) for pose in reversed(ALONG_L_ROOM)]
     rooms = [(HALL, IN_HALL, Pose2D()), (L_ROOM, ALONG_L_ROOM, T_first_world), (L_ROOM, back, T_last_world)]
     candidates, (hall, first, last) = known(rooms)

@@ -261,7 +261,7 @@ def test_voted_places_are_those_of_a_search_of_all_shifts(walls: FloatArray) -> 
             assert place[SCORE] == pytest.approx(scores[row, column], rel=1e-9)
             x, y = (column + 0.5 - REACH) * CELL, (row + 0.5 - REACH) * CELL
             near = max(abs(place[PLACE_X] - x), abs(place[PLACE_X + 1] - y)) < 0.5 * CELL
-            assert near or scores.max() == pytest.approx(np.sort(scores, axis=None)[-2], rel=1e-9)  # of equals
+            assert near or scores.max() == pytest.approx(np.sort(scores, axis=None)[-2], rel=1e-9)  # or an equal one
             row, column = (round(at / CELL - 0.5) + REACH for at in place[[PLACE_X + 1, PLACE_X]])
             rows, columns = (slice(max(at - SHIFTS_APART, 0), at + SHIFTS_APART + 1) for at in (row, column))
             scores[rows, columns] = 0.0

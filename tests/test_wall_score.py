@@ -67,7 +67,7 @@ def test_a_wall_goes_on_behind_a_thin_wall_to_its_corners() -> None:
 
 
 def test_a_step_of_a_few_centimetres_does_not_end_a_wall() -> None:
-    """As at a door that is shut, 3 cm behind the faces of its wall."""
+    """A closed door lies 3 cm behind the faces of its wall."""
     walls = true_walls([prism.footprint for prism in DOOR.prisms()])
     long = walls.lengths > 0.2
     assert sorted(np.round(walls.lengths[long], 6)) == [0.9, 0.9, 1.05, 1.05, 2.15, 2.15]

@@ -27,7 +27,7 @@ from slam.scenario.file import load_scenario
 from tests.rooms import room_plant
 
 REAL = Path(__file__).parents[2] / "shared" / "data" / "real_urg04lx_hokuyoaist.txt"
-"""What a real URG-04LX and hokuyoaist said to each other, as others recorded it."""
+"""Recorded traffic between a real URG-04LX and hokuyoaist."""
 CHUNKS = st.lists(st.binary(min_size=1, max_size=40), max_size=12)
 # Bytes that AriaCoda sends (ArRobotPacketSender), and what they mean.
 ARIA = {
@@ -90,7 +90,7 @@ def test_the_packet_of_the_manual_of_the_ld19_is_named() -> None:
     )
     data = bytes.fromhex("99 31" + packet + "C2 00 E5 C0 00 E5 BE 82 3A 1A 50")
     lost, points = words(*(WireEvent(0.0, "p", "<", data[k : k + 9]) for k in range(0, len(data), 9)))
-    assert lost == "2 bytes that are no whole message: 99 31"
+    assert lost == "2 bytes that are not a whole message: 99 31"
     assert (
         points
         == "points 324.27 to 334.70 deg clockwise, 12 echoes 0.192 to 0.224 m, 2152 deg/s, sensor's clock 6.714 s"
@@ -106,11 +106,11 @@ def test_pulse_and_sync_are_told_apart() -> None:
 def test_damage_and_unknown_bytes_are_shown() -> None:
     wrong_sum = bytes.fromhex("FA FB 06 0B 3B FA 00 05 3C")
     assert words(WireEvent(0.0, "p", "<", wrong_sum)) == [
-        "9 bytes that are no whole message: fa fb 06 0b 3b fa 00 05 3c"
+        "9 bytes that are not a whole message: fa fb 06 0b 3b fa 00 05 3c"
     ]
     half = WireEvent(0.0, "p", "<", b"MD0044072501000\n99b\nJU"), WireEvent(2.0, "p", "<", b"QT\n00P\n\n")
     first, second = words(*half)
-    assert first.startswith("22 bytes that are no whole message")
+    assert first.startswith("22 bytes that are not a whole message")
     assert second == "QT: status 00, done"
 
 
@@ -131,7 +131,7 @@ def test_a_real_sensor_is_listed(real: Path) -> None:
     assert "SERI:H0706400" in listed
     assert "BM: status 02, the laser was on already" in listed
     assert "GD0044072501: scan of 682 ranges, 581 echoes" in listed  # 94 without an echo, 7 errors
-    assert "no whole message" not in listed
+    assert "whole message" not in listed
     assert "damaged" not in listed
 
 

@@ -38,7 +38,7 @@ cli.main()
 
 
 def hear_ctrl_c() -> None:
-    """For a child whose parent ignores SIGINT, as a shell does in the background."""
+    """Enable SIGINT in a child whose parent ignores it, as a shell does for background jobs."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 

@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_typestore
 from slam.topics.topic import Topic
 
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
-"""Types of the newest ROS that rosbags has, where the messages were made with those of an older one."""
+"""Message types of the newest ROS that rosbags knows; the tested code uses those of an older one."""
 
 
 @dataclass

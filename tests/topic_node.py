@@ -24,7 +24,7 @@ class MemoryBus:
     sent: list[tuple[str, str, bytes]] = field(default_factory=list)
     heard_by: list[tuple[Topic, Callable[[bytes], None]]] = field(default_factory=list)
     latched: dict[str, tuple[str, bytes]] = field(default_factory=dict)
-    """What the other end says to all who come late: type and message, by topic."""
+    """Latched messages, which late subscribers get too: type and message, by topic."""
     listening: threading.Event = field(default_factory=threading.Event)
 
     def __enter__(self) -> Self:

@@ -12,7 +12,8 @@ from stable_baselines3.common.vec_env import VecEnv
 class BatchVecEnv(VecEnv):
     """Wraps ``gymnasium.make_vec(..., vectorization_mode="vector_entry_point", autoreset_mode="SameStep")``.
 
-    ``see`` makes what the policy sees, of ``space`` for one robot, from the observation of one robot or of all.
+    ``see`` converts an observation, of one robot or of all, to the input of the policy, whose space for one robot is
+    ``space``.
     """
 
     def __init__(self, envs: VectorEnv, see: Callable[[dict[str, np.ndarray]], np.ndarray], space: Space) -> None:
@@ -39,11 +40,11 @@ class BatchVecEnv(VecEnv):
         return self.see(observation), rewards.astype(np.float32), over, infos
 
     def close(self) -> None:
-        """Let the robots go."""
+        """Close the environment of all robots."""
         self.envs.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """The attribute of the batch, once for each of these robots."""
+        """Return the attribute of the batch for each of these robots."""
         return [getattr(self.envs, attr_name, None) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:

@@ -4,7 +4,7 @@
     python docs/examples/drive.py runs/train/policy.zip --backend hardware --set hardware.robot_port=/tmp/robot/p3dx \
         --set hardware.lidar_port=/tmp/robot/urg04lx
 
-`by-hand` in the place of the file is a policy that nobody had to train, and needs nothing installed.
+`by-hand` instead of the file is a policy without training, which needs no other packages.
 """
 
 import sys
@@ -30,7 +30,7 @@ def load(policy: str) -> Any:
     try:
         return PPO.load(policy, device="cpu")
     except Exception as error:
-        raise InputError(f"{policy} is no policy that PPO loads: {str(error).partition(chr(10))[0]}") from error
+        raise InputError(f"{policy} is not a policy that PPO loads: {str(error).partition(chr(10))[0]}") from error
 
 
 def drive(
@@ -41,7 +41,7 @@ def drive(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="The real robot never moves.")] = False,
     seed: Annotated[int, typer.Option(help="Of the simulated office.")] = 0,
 ) -> None:
-    """One episode, with what it came to."""
+    """Drive one episode, and print its result."""
     try:
         model = load(policy)
         with explorer(settings or [], backend=backend, yes=yes, dry_run=dry_run) as env:

@@ -15,9 +15,9 @@ SPACE = Box(-np.inf, np.inf, (SECTORS + 2,), np.float32)
 
 
 def explorer(settings: Sequence[str] = COARSE, **robot: object) -> gymnasium.Env:
-    """40 s in an office, paid by the square metre seen; running into something costs 10 m^2 and ends it.
+    """Make the environment: 40 s in an office, with the area seen as the reward; a collision costs 10 m^2 and ends it.
 
-    Simulated, it is a new office in every episode, seen by a coarse lidar, which is fast. ``robot`` may say otherwise:
+    Every episode has a new simulated office; the lidar is coarse, for speed. ``robot`` are further arguments, such as
     ``backend="hardware"``.
     """
     env = gymnasium.make(ID, settings=settings, **TASK, **robot)
@@ -25,7 +25,7 @@ def explorer(settings: Sequence[str] = COARSE, **robot: object) -> gymnasium.Env
 
 
 def explorers(count: int, offices: int) -> VectorEnv:
-    """So many robots at once, moved without PyBullet, each episode in one of so many offices."""
+    """Make ``count`` robots, moved without PyBullet; each episode takes place in one of ``offices`` offices."""
     batch = {"vectorization_mode": "vector_entry_point", "autoreset_mode": AutoresetMode.SAME_STEP}
     return gymnasium.make_vec(ID, num_envs=count, settings=COARSE, worlds=offices, **TASK, **batch)
 

@@ -11,7 +11,7 @@ from stable_baselines3 import PPO
 
 
 class Learnt:
-    """Sees what train.py let it see, of one robot or of many."""
+    """The trained policy, for the observations of one robot or of many."""
 
     env_id, arguments = ID.removeprefix("sim:"), TASK | {"settings": COARSE}
 

@@ -3,7 +3,7 @@
     pip install 'hopslam[rl]'
     python docs/examples/torch_batch.py
 
-Every step gives fresh arrays, so a tensor that looks into one stays what it was.
+Every step returns new arrays, so a tensor that shares the memory of an old one does not change.
 """
 
 import sys

@@ -1,11 +1,11 @@
-"""PPO learns to see as much as it can of an office that is another one in every episode.
+"""PPO learns to explore offices, a new one in every episode.
 
     pip install 'hopslam[rl]'
     python docs/examples/train.py
 
-256 robots learn at once, moved without PyBullet; what they have learnt is scored in it. A few minutes on two cores;
-writes policy.zip, a log of the episodes and curve.png into runs/train. `--steps 50000` is a quick try. drive.py lets
-the policy drive, and learnt.py makes it one for `hopslam bench policy`.
+256 robots learn at once in the kinematic simulator; the policy is then scored in PyBullet. Training takes a few minutes
+on two cores, and writes policy.zip, a log of the episodes and curve.png into runs/train. `--steps 50000` is a quick
+try. drive.py lets the policy drive, and learnt.py prepares it for `hopslam bench policy`.
 """
 
 import sys

@@ -30,7 +30,7 @@ class ArcosConfig:
     serial_number: str = ""
     reserved: int = number("B")
     top_angular: float = number("H", _DEG)
-    """Largest value that SETRV can set, rad/s; the other ``top`` fields are the largest values of similar commands."""
+    """Upper limit of SETRV, rad/s; the other ``top`` fields are the upper limits of similar commands."""
     top_linear: float = number("H", 0.001)
     top_angular_acceleration: float = number("H", _DEG)
     top_acceleration: float = number("H", 0.001)

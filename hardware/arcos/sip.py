@@ -118,7 +118,7 @@ class Sip:
     def decode(cls, data: bytes, units: ArcosUnits) -> Sip:
         """Read the data of a packet; DecodeError for another packet, or one that ends too early."""
         if data[0] not in _IDS:
-            raise DecodeError(f"packet {data[0]:#04x} is no SIP")
+            raise DecodeError(f"packet {data[0]:#04x} is not a SIP")
         reader = FieldReader(data[1:])
         head = (*_position_fields(units), *_motion_fields(units), *_HEAD)
         values: dict[str, Any] = {field.name: reader.take(field) for field in head}
@@ -136,7 +136,7 @@ class Sip:
 
 _NUMBERS: Final = number_fields(Sip)
 _HEAD, _PORTS, _TAIL = _NUMBERS[:6], _NUMBERS[6:11], _NUMBERS[11:]
-"""Numbers before the sonar readings, after them, and the optional ones from ``fine_battery`` on."""
+"""Fields before the sonar readings, after them, and the optional ones, which begin with ``fine_battery``."""
 
 
 def _position_fields(units: ArcosUnits) -> tuple[Field, Field]:

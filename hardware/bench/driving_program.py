@@ -24,7 +24,7 @@ def fail():
     sys.stdin.readline()
     raise ValueError("as told")
 
-robot = HardwareRobot(load_scenario("corridor", sys.argv[1:]), yes=True).__enter__()  # and nobody leaves it
+robot = HardwareRobot(load_scenario("corridor", sys.argv[1:]), yes=True).__enter__()  # never closed
 threading.Thread(target=fail, daemon=True).start()
 while True:
     robot.observe()
@@ -33,7 +33,7 @@ while True:
 """Source of a user's own program. Its arguments are settings; its second thread fails when a line arrives."""
 _HOPSLAM: Final = "from slam.cli.main import main; main()"
 _TAKE_TERMINAL: Final = "import os; os.close(os.open(os.ttyname(0), os.O_RDWR))\n"
-"""Source that opens the terminal: a session leader gets the first one that it opens."""
+"""Source that opens the terminal, which makes it the controlling terminal of the new session."""
 _GRACE: Final = 20.0
 """Seconds that a program has to end after the request."""
 

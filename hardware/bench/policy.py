@@ -22,7 +22,7 @@ class Policy(Protocol):
     """Arguments of the environment: views, reward, ends, settings."""
 
     def __call__(self, observation: dict[str, NDArray[Any]], /) -> NDArray[Any]:
-        """Choose the action (2,) of one robot, or the actions (N, 2) of many, for arrays with one more leading axis."""
+        """Choose the action (2,) of one robot, or the actions (N, 2) of N robots, whose arrays have a leading axis."""
         ...
 
 

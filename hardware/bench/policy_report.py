@@ -34,8 +34,8 @@ def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) ->
             rows.append(_row(place, score()))
     columns = ("", "episodes", "return\nmean", "least", "most", "seconds\nmean", "collisions", "goals")
     notes = (
-        "The same seeds everywhere. In the batch a robot's seed chooses one of as many worlds; elsewhere it draws its "
-        "own. On devices, in real time, rewards, ends and the goal come from SLAM."
+        "All rows have the same seeds. In the batch a seed selects one of the prepared worlds, one per robot; "
+        "elsewhere it generates a world. On devices, in real time, rewards, ends and the goal come from SLAM."
     )
     if left_out:
         notes += f" PyBullet is not installed (pip install pybullet); left out: {'; '.join(left_out)}."

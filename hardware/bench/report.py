@@ -58,7 +58,10 @@ def fault_table(console: Terminal, settings: Sequence[str] = ()) -> ResultTable:
     with console.progress(still=True) as bar:
         rows = [_fault_row(*found) for found in bar.track(_faults(settings), total, description="faults")]
     columns = ("fault", "until at rest\ns", "stopped by", "end of fault\nto motion, s", "reason named")
-    notes = "A watchdog counts from the last command, up to 0.1 s before the fault, and then begins to brake."
+    notes = (
+        "The watchdog brakes the robot when no command has arrived for its time. The last command arrived up to 0.1 s "
+        "before the fault."
+    )
     return ResultTable("Faults at 0.3 m/s", columns, rows, notes)
 
 
@@ -110,7 +113,7 @@ def sim_table(
         _sim_row("noise: sim, another seed", drive_simulated(load, other, console), noisy),
         _sim_row("noise: hardware", drive_emulated(load, settings, console), noisy),
     ]
-    columns = ("", "SLAM error\nrms, cm", *_PATH_COLUMNS, "ends of legs\ncm")
+    columns = ("", "SLAM error\nrms, cm", *_PATH_COLUMNS, "at way-points\ncm")
     notes = (
         "The true path is compared with that of sim, at the same points along the route. The robot steers by SLAM, "
         "whose errors come from noise, which differs in every run: another seed shows the effect of noise alone."
@@ -127,7 +130,7 @@ def env_table(scenario: str, settings: Sequence[str], allow_modules: Sequence[st
     rows = [_env_row("sim", simulated, simulated), *(_env_row(name, path, simulated) for name, path in paths.items())]
     notes = (
         "True paths. In the simulator the policy gets the true direction of the goal; on devices, that of SLAM. "
-        "The plant plan has no noise, and wheels without errors. At rest: distance between the final positions."
+        "The plant named plan has neither noise nor wheel errors. At rest: distance between the final positions."
     )
     return ResultTable(
         f"{scenario} in the environment, to x = 10 m, simulated and on emulated devices", columns, rows, notes

@@ -56,7 +56,7 @@ def _report_of(line: ArcosLine, identity: Identity) -> Sip | None:
 
 def _robot_faults(identity: Identity, config: ArcosConfig | None, report: Sip | None) -> Iterator[str]:
     if units_of(identity.subclass) is None:
-        yield f"the units of a robot of subclass {identity.subclass!r} are not known here, but {', '.join(UNITS)}"
+        yield f"the units of a robot of subclass {identity.subclass!r} are unknown; known are {', '.join(UNITS)}"
     elif report is None:
         yield "the robot sends nothing that can be decoded; check its cable, and switch it off and on"
     if config is None:

@@ -27,7 +27,7 @@ from slam.scenario.schema import Scenario
 _FARTHEST_BEHIND: Final = 1.0
 """Seconds by which the emulated world may fall behind the clock; beyond that, it skips time."""
 _LONGEST_WAIT: Final = 60.0
-"""Longest wait, seconds, as a stall without an end has no time at which it ends."""
+"""Longest wait, seconds: a device that is stalled for an unlimited time has no next event."""
 
 
 def emulated_lidar(scenario: Scenario) -> str:

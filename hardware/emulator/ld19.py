@@ -63,7 +63,7 @@ class EmulatedLd19:
         self.dead = dead
 
     def reboot(self, now: float) -> None:
-        """Restart as after a power failure: the clock begins at 0, and the sensor is silent for a while."""
+        """Simulate a power failure: the clock begins at 0, and the sensor is silent for a while."""
         self._powered_at = now
 
     def receive(self, data: bytes, now: float) -> bytes:

@@ -67,9 +67,9 @@ class Ramp:
 
 
 class MotorController:
-    """Target speeds, and the speeds of the motors on their way to them.
+    """Target speeds, and the speeds of the motors, which approach them.
 
-    ARCOS is said to resume its last target after the watchdog's stop, and so does this controller.
+    ARCOS is said to resume its last target after the watchdog has stopped it, and so does this controller.
     """
 
     def __init__(self, config: ArcosConfig) -> None:

@@ -103,7 +103,7 @@ class EmulatedP3dx:
         return answers
 
     def _handshake(self, command: Command, packet: bytes, now: float) -> bytes:
-        """Answer SYNC0, SYNC1 and SYNC2 in this order, then take OPEN, which has the number of SYNC1.
+        """Answer SYNC0, SYNC1 and SYNC2 in this order, then open at OPEN, whose number equals that of SYNC1.
 
         A SYNC that was answered may come again; one out of sequence is ignored (Pioneer 3 Operations Manual, p. 28).
         """
@@ -130,6 +130,6 @@ class EmulatedP3dx:
         self.baud = BAUDS[self.config.host_baud]
 
     def _reset(self) -> None:
-        """Reset all but the odometry as at power-up, with the settings of the FLASH."""
+        """Reset everything except the odometry to its state at power-up, with the settings of the FLASH."""
         self.motors = MotorController(self.config)
         self.reports.reset()

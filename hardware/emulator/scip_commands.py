@@ -13,7 +13,7 @@ from hardware.scip.time_stamp import encode_time
 VERSION: Final = VersionInfo(
     "Hokuyo Automatic Co.,Ltd.", "SOKUIKI Sensor URG-04LX", "3.1.04(02/Aug./2007)", "SCIP 2.0", "H0000000"
 )
-_NO_38400: Final = 38400
+_IMPOSSIBLE_BAUD: Final = 38400
 _SLOWEST: Final = 10
 _INITIAL_SPEED: Final = 99
 
@@ -78,7 +78,7 @@ def _set_baud(settings: SensorSettings, command: str) -> Reply:
     baud = int(command[2:])
     if baud not in BAUDS:
         return Reply(command, "02")
-    if baud == _NO_38400:
+    if baud == _IMPOSSIBLE_BAUD:
         return Reply(command, "04")
     was, settings.baud = settings.baud, baud
     return Reply(command, "03" if was == baud else "00")
@@ -114,9 +114,9 @@ COMMANDS: Final[dict[str, CommandRow]] = {
     "QT": CommandRow(0, _quit, "p. 15: always 00"),
     "RS": CommandRow(0, _reset, "p. 15: bit rate, motor and clock too"),
     "RT": CommandRow(0, _reset, "hokuyoaist: as RS, but for bit rate and motor"),
-    "TM": CommandRow(1, _adjust, "p. 16: 01 code, 02 on already, 03 off already, 04 TM1 while off"),
-    "SS": CommandRow(6, _set_baud, "p. 17: 01 no number, 02 no rate, 03 already, 04: p. 4, not 38400"),
-    "CR": CommandRow(2, _set_motor, "p. 17: 01 no number, 02 out of range, 03 already (real), 04 not by this model"),
+    "TM": CommandRow(1, _adjust, "p. 16: 01 unknown code, 02 already on, 03 already off, 04 TM1 while off"),
+    "SS": CommandRow(6, _set_baud, "p. 17: 01 not a number, 02 unknown rate, 03 no change, 04 not 38400 (p. 4)"),
+    "CR": CommandRow(2, _set_motor, "p. 17: 01 not a number, 02 out of range, 03 no change (real), 04 not possible"),
     "HS": CommandRow(
         1, lambda _, c: Reply(c, "03" if c[2] in "01" else "01"), "p. 18: 01 parameter, 03 firmware before 3.2.00"
     ),

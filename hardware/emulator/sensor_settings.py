@@ -11,7 +11,7 @@ DEFAULT_BAUD: Final = 19200
 
 @dataclass(slots=True)
 class SensorSettings:
-    """Settings of the sensor, initially as at power-up."""
+    """Settings of the sensor; the defaults are those at power-up."""
 
     parameters: SensorParameters
     last_step: int

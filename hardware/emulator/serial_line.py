@@ -123,7 +123,7 @@ class EmulatedLidar(Device, Protocol):
         ...
 
     def reboot(self, now: float) -> None:
-        """Restart as after a power failure."""
+        """Simulate a power failure: all state is reset."""
         ...
 
 
@@ -215,10 +215,7 @@ class ConnectedDevice:
             self._line.send(data, now, baud)
 
     def _through(self, data: bytes, baud: int | None) -> bytes:
-        """Return the bytes that the other side reads of those sent at this bit rate.
-
-        At a wrong rate they are random.
-        """
+        """Return the bytes as the other side reads them: damaged by noise, or random if its bit rate differs."""
         client = self.port.client_baud() if baud else None
         if client is not None and client != baud:
             return bytes(self._rng.randrange(0x80, 0x100) for _ in data[::2])

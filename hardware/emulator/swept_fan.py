@@ -10,7 +10,8 @@ from hardware.emulator.plant import Plant
 from hardware.scip.information import SensorParameters
 
 SECTORS: Final = 8
-"""Sectors in which the fan is swept, each with the world in its state at the middle of the sector."""
+"""Number of sectors of the fan. All beams of a sector see the world as it is when the middle beam of the sector
+fires."""
 
 
 class SweptFan:

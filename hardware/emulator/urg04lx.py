@@ -97,7 +97,7 @@ class EmulatedUrg04lx:
         self.dead = dead
 
     def reboot(self, now: float) -> None:
-        """Lose power for a moment: the sensor is silent for a while, and then in the state of power-up."""
+        """Simulate a power failure: the sensor is silent for a while, and then in the state of power-up."""
         self._settings, self._latest, self._powered_at = self._powered_up(), None, now
         self._waiting.clear()
         self._answers_from = now + _REBOOT

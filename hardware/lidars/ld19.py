@@ -23,7 +23,7 @@ _FIRST_PACKET: Final = 2.0
 """Seconds for a packet to come: the sensor needs 0.7 s after it gets power (LD19 Development Manual)."""
 _MIN_SILENCE: Final = 1.5
 _LOST_SCANS: Final = 5
-"""Turns without a scan, and least seconds, after which the sensor is opened again."""
+"""The sensor is opened again after _LOST_SCANS turns without a scan, but not before _MIN_SILENCE seconds."""
 _FEWEST: Final = 0.75
 """Share of the beams of a turn that must arrive for a valid scan."""
 _SENDING: Final = SIZE * BITS_PER_BYTE / BAUD

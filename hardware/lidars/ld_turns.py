@@ -14,7 +14,7 @@ _TURN = 2.0 * pi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Turn:
-    """Points of one turn, from behind the robot clockwise; radians, metres, seconds of the host."""
+    """Points of one clockwise turn that begins behind the robot; radians, metres, seconds of the host."""
 
     angles: FloatArray
     """(N,): bearings, clockwise from ahead, increasing from pi to 3 pi."""

@@ -46,7 +46,7 @@ class LidarDevice:
 
 LIDAR_DEVICES: Final = {
     "urg04lx": LidarDevice("hardware.urg04lx:Urg04lx", "hardware.emulator.urg04lx:EmulatedUrg04lx"),
-    "table1": LidarDevice(None, "hardware.emulator.urg04lx:EmulatedTable1"),  # its own name for itself is URG-04LX
+    "table1": LidarDevice(None, "hardware.emulator.urg04lx:EmulatedTable1"),  # it reports the name URG-04LX
     "ld19": LidarDevice("hardware.lidars.ld19:Ld19", "hardware.emulator.ld19:EmulatedLd19"),
 }
 """Every lidar with a driver or emulator, by its name in ``slam/lidars.py``."""

@@ -27,10 +27,10 @@ def encode_values(values: IntArray, width: int) -> bytes:
 def decode_values(text: bytes, width: int) -> IntArray:
     """Return the values, shape (N,); DecodeError for a character outside 0x30 to 0x6F or a number that is cut off."""
     if len(text) % width:
-        raise DecodeError(f"{len(text)} characters are no whole values of {width}")
+        raise DecodeError(f"{len(text)} characters are not whole values of {width}")
     digits = np.frombuffer(text, np.uint8).reshape(-1, width).astype(np.int64) - _ZERO
     if ((digits < 0) | (digits > _MASK)).any():
-        raise DecodeError("a character that is no digit")
+        raise DecodeError("a character that is not a digit")
     place_values: IntArray = 64 ** np.arange(width - 1, -1, -1)
     return digits @ place_values
 

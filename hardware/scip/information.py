@@ -15,7 +15,7 @@ def entries(reply: Reply) -> dict[str, str]:
     """Return the values by their keys; DecodeError for a line of another form. SCIP 1.1 has no semicolons."""
     pairs = [line.decode("latin-1").removesuffix(";").partition(":") for line in reply.lines]
     if not all(colon for _, colon, _ in pairs):
-        raise DecodeError("a line that is no KEY:value")
+        raise DecodeError("a line that is not KEY:value")
     return {key: value for key, _, value in pairs}
 
 
@@ -27,14 +27,14 @@ def _whole(values: dict[str, str], key: str) -> int:
     try:
         return int(values[key])
     except (KeyError, ValueError):
-        raise DecodeError(f"no number {key}") from None
+        raise DecodeError(f"{key} is missing or not a number") from None
 
 
 def _words(values: dict[str, str], *keys: str) -> list[str]:
     try:
         return [values[key] for key in keys]
     except KeyError as missing:
-        raise DecodeError(f"no {missing}") from None
+        raise DecodeError(f"{missing.args[0]} is missing") from None
 
 
 @dataclass(frozen=True, slots=True)

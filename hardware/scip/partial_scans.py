@@ -50,7 +50,7 @@ def _partial_scan(lines: Lines, reach: float) -> ScanData:
     head = decode_reply(lines[:3])
     request = ScanRequest.decode(head.echo)
     if head.status != "99" or not head.lines or request.values < 1:
-        raise DecodeError("no scan that came by itself")
+        raise DecodeError("not a scan of MD or MS")
     blank = data_lines(_NOTHING * (request.values * request.width))
     texts = [_text(line) for line in _in_place(lines[3:], blank)]
     data = b"".join(empty if text is None else text for text, empty in zip(texts, blank, strict=True))
@@ -58,15 +58,16 @@ def _partial_scan(lines: Lines, reach: float) -> ScanData:
     good = np.array([text is not None for text in texts])
     good[_line_of(np.flatnonzero(values > _TOO_FAR * reach * 1000.0), request.width)] = False
     if np.count_nonzero(~good) > _MAX_DAMAGED * len(good):
-        raise DecodeError(f"{np.count_nonzero(~good)} of {len(good)} lines")
+        raise DecodeError(f"{np.count_nonzero(~good)} of {len(good)} lines are damaged")
     believed = np.repeat(_without_neighbours(good), DATA_LINE)[: len(data)].reshape(-1, request.width).all(axis=1)
     return ScanData(request, np.where(believed, to_metres(values), np.nan), decode_time(head.lines[0]))
 
 
 def _in_place(lines: Sequence[bytes], blank: Sequence[bytes]) -> list[bytes | None]:
-    """Return each line at its place, counted from both ends, as far as the lines have the right length.
+    """Return the lines of the scan in order, with None for lines that cannot be assigned.
 
-    The lines between are None: there a line end or a byte was lost or added.
+    Lines are assigned from both ends, up to the first one of the wrong length: a byte or a line end was lost or added
+    there.
     """
     sizes = [len(line) + 1 for line in blank]
     front = _fitting(lines, sizes)

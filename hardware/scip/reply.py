@@ -59,10 +59,10 @@ def decode_old_reply(lines: tuple[bytes, ...]) -> Reply:
 
 
 def possible_replies(lines: tuple[bytes, ...]) -> Iterator[tuple[bytes, ...]]:
-    """Yield the lines between two empty lines from each place where an answer may begin.
+    """Yield the possible answers among the lines between two empty lines.
 
-    Damage may have joined it with the remains of others. It begins at the first line, or with an echo at the end of a
-    line.
+    If an empty line was damaged, the remains of another answer come first. So an answer may begin at the first line, or
+    wherever a line ends with the echo of a command.
     """
     yield lines
     for start, line in enumerate(lines):
@@ -85,5 +85,5 @@ def _informs(echo: str) -> bool:
 
 def _text(line: bytes) -> str:
     if not (line.isascii() and line.decode("ascii").isprintable()):
-        raise DecodeError("characters that are no text")
+        raise DecodeError("characters that are not text")
     return line.decode("ascii")

@@ -14,7 +14,7 @@ from slam.pose import FloatArray
 
 _ERROR_CODES: Final = 20
 _BEYOND_REACH: Final = (0, 6, 16)
-"""Error codes for an object at 22 m, 5.7 m or 4096 mm: no echo within range."""
+"""Error codes that mean no echo within range; by version of the sensor, its limit is 22 m, 5.7 m or 4096 mm."""
 _NO_ECHO, _ERRONEOUS = 0, 7
 
 

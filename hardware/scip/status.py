@@ -17,11 +17,11 @@ _SPECIAL: Final = {
     ("BM", "02"): "the laser was on already",
     ("GD", "10"): "the laser is off",
     ("GS", "10"): "the laser is off",
-    ("SS", "01"): "the bit rate is no number",
+    ("SS", "01"): "the bit rate is not a number",
     ("SS", "02"): "no such bit rate",
     ("SS", "03"): "the bit rate was that already",
     ("SS", "04"): "the bit rate is not supported",
-    ("CR", "01"): "the speed is no number",
+    ("CR", "01"): "the speed is not a number",
     ("CR", "02"): "the speed is out of range",
     ("CR", "03"): "the motor turned at that speed already",
     ("CR", "04"): "the speed is not supported",
@@ -34,13 +34,13 @@ _SPECIAL: Final = {
     ("TM", "04"): "the clock cannot be read before TM0",
 }
 _PARAMETERS: Final = {
-    "01": "the first step is no number",
-    "02": "the last step is no number",
-    "03": "the cluster is no number",
+    "01": "the first step is not a number",
+    "02": "the last step is not a number",
+    "03": "the cluster is not a number",
     "04": "the last step is beyond the sensor's",
     "05": "the last step comes before the first",
-    "06": "the interval is no number",
-    "07": "the number of scans is no number",
+    "06": "the interval is not a number",
+    "07": "the number of scans is not a number",
 }
 
 

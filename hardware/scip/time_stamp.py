@@ -34,7 +34,7 @@ def decode_hex_time(text: str) -> float:
     try:
         return int(text, 16) / 1000.0
     except ValueError:
-        raise DecodeError("no number TIME") from None
+        raise DecodeError("TIME is not a number") from None
 
 
 def _milliseconds(seconds: float) -> int:

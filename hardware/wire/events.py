@@ -7,7 +7,7 @@
     12399.120000 /dev/ttyACM0 - the device is gone; was it unplugged?
 
 ``=`` is a port opened, or its bit rate changed; ``>`` goes to the device, ``<`` comes from it; ``-`` is a port closed,
-or lost for that reason. A line that is cut, and what is no such line, is left out when the file is read.
+or lost for that reason. Truncated lines and lines of any other form are skipped when the file is read.
 """
 
 from __future__ import annotations

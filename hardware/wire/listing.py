@@ -68,7 +68,7 @@ class _PortListing:
         if message.protocol == "scip":
             return message.data.decode("ascii") if kind == _TO else _answer(message.data)
         shown = message.data[:_SHOWN].hex(" ") + " ..." * (len(message.data) > _SHOWN)
-        return f"{len(message.data)} bytes that are no whole message: {shown}"
+        return f"{len(message.data)} bytes that are not a whole message: {shown}"
 
 
 def _points(packet: bytes) -> str:

@@ -14,7 +14,7 @@ from slam.closing import Closing
 from slam.errors import InputError
 
 _APPEND: Final = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
-"""Windows has the last one, without which it writes other line ends."""
+"""Flags of the file; without O_BINARY, which only Windows has, it would change the line ends."""
 _LOG: Final = logging.getLogger("hopslam.wire")
 _PERIOD: Final = 0.1
 """Seconds between two writes: the most that a killed program can lose."""
@@ -23,9 +23,9 @@ _MAX_WAITING: Final = 20_000
 
 
 class WireRecorder(Closing):
-    """Appends events to a file on its own thread; InputError if the file cannot be written from the start.
+    """Appends events to a file on its own thread; InputError if the file cannot be opened and written.
 
-    If the disk fails later, the recording ends with a warning; the run continues.
+    If the disk fails later, the recording ends with a warning, and the run continues.
     """
 
     def __init__(self, path: Path) -> None:

@@ -112,9 +112,9 @@ class WireTape:
         return now
 
     def _find(self, data: bytes) -> int | None:
-        """Return the index of this question in the recording: soon after now, else its last one before.
+        """Return the index of this question in the recording: the next one within _FARTHEST_AHEAD, else the last one.
 
-        None if it has none.
+        None if the question is not in the recording.
         """
         if not _is_question(data, self._robot_open[self._at]):
             return None

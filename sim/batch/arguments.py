@@ -39,7 +39,7 @@ def read_reset_mask(options: dict[str, Any] | None, count: int) -> NDArray[np.bo
     given = options or {}
     for key in given:
         if key != "reset_mask":
-            raise InputError(f"options: no option {key!r}; a batch has reset_mask alone")
+            raise InputError(f"options: no option {key!r}; the only option of a batch is reset_mask")
     mask = np.asarray(given.get("reset_mask", np.ones(count, np.bool_)))
     if mask.shape != (count,) or mask.dtype != np.bool_:
         raise InputError(f"options: reset_mask: give {count} booleans; these are {mask.shape} of {mask.dtype}")
@@ -54,7 +54,7 @@ def read_seeds(seed: int | Sequence[int | None] | None, count: int) -> tuple[NDA
     if len(seeds) != count:
         raise InputError(f"seed: give one for each of the {count} robots; these are {len(seeds)}")
     if any(one is not None and one < 0 for one in seeds):
-        raise InputError(f"seed: give numbers from 0 on; the least of these is {min(one for one in seeds if one)}")
+        raise InputError(f"seed: give numbers of 0 or more; the least of these is {min(one for one in seeds if one)}")
     return np.array([one or 0 for one in seeds], np.uint64), np.array([one is not None for one in seeds])
 
 

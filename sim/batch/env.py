@@ -36,21 +36,21 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
     Each robot is a ``P3DXEnv``: the same scenarios, actions, views, rewards, ends and ``info``, computed by one
     compiled function on all cores. The differences are:
 
-    - Nothing has forces: what the robot meets stops it, and furniture with a mass stands like a wall.
-    - Each episode takes place in one of ``worlds`` worlds, which are drawn when the environment is made, of the seeds
-      from the scenario's own on; the robot's random numbers choose.
-    - SLAM runs only with ``slam=True``, in as many processes as there are threads, and takes a hundred times as long as
-      all else. Without it ``map`` is put together at the true pose, and ``slam_pose`` and the end ``lost`` are refused.
-    - ``reset(seed=k)`` gives the robots the seeds k, k + 1, ... and so decides all their noise and worlds: the same
-      bits whatever the number of threads. The option ``reset_mask`` is the only one.
-    - ``info`` has no ``observation``; what it has are arrays of all robots.
+    - There are no forces: whatever the robot touches stops it, and furniture with a mass stands like a wall.
+    - Each episode takes place in one of ``worlds`` worlds, chosen by the robot's random numbers. The environment draws
+      them when it is made, with consecutive seeds that begin with the scenario's own.
+    - SLAM runs only with ``slam=True``, in one process for each thread, and takes a hundred times as long as the rest
+      of a step. Without it ``map`` is built at the true pose, and ``slam_pose`` and the end ``lost`` are refused.
+    - ``reset(seed=k)`` gives the robots the seeds k, k + 1, ..., which determine all their noise and worlds: the same
+      bits for any number of threads. Its only option is ``reset_mask``.
+    - ``info`` has no ``observation``. Its values are arrays with one element for each robot.
 
     | Argument | Default | Meaning |
     |---|---|---|
     | `num_envs` | `1` | number of robots |
-    | `worlds` | `None` | number of worlds; 1 where the scenario leaves nothing to chance, else 64 |
-    | `threads` | `None` | number of threads; as many as there are cores |
-    | `slam` | `False` | SLAM makes `slam_pose` and `map`, and may be `lost` |
+    | `worlds` | `None` | number of worlds; by default 64, or 1 if the scenario has no random values |
+    | `threads` | `None` | number of threads; by default one for each core |
+    | `slam` | `False` | run SLAM, for `slam_pose`, `map` and the end `lost` |
     | `autoreset_mode` | `NEXT_STEP` | one of ``gymnasium.vector.AutoresetMode``, or its name |
 
     The others are those of ``P3DXEnv``: `scenario`, `settings`, `allow_modules`, `action`, `observe`, `reward`,

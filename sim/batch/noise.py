@@ -20,7 +20,7 @@ def disturb(ranges: FloatArray, sensor: Any, timing: Timing, time: float, base: 
     """
     if sensor.noise == GAUSSIAN:
         base.stream = fill_normal(base.stream, numbers[0])
-        add_bounded_noise(ranges, sensor.near, sensor.near_range, sensor.far, numbers[0])
+        add_bounded_noise(ranges, sensor.near_sigma, sensor.near_range, sensor.far_sigma_per_metre, numbers[0])
     elif sensor.noise == REALISTIC:
         base.stream = fill_normal(base.stream, numbers[0])
         base.stream = fill_uniform(base.stream, numbers[1])

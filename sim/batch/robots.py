@@ -34,7 +34,7 @@ class Robots(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """Views and rewards of N robots in one step; a view that is not requested has no rows."""
+    """What N robots observe in one step: views, contacts, progress; a view that is not requested has no rows."""
 
     scan: NDArray[np.float32]
     """(N, B): ranges; ``range_max`` without an echo, 0 where something is too close."""
@@ -58,7 +58,7 @@ class Seen(NamedTuple):
     ranges: FloatArray
     """(N, B): ranges as the lidar measured them, for SLAM; (0, B) without SLAM."""
     turns: FloatArray
-    """(N, 2): beams of this turn, and the bearing of the first one relative to the description."""
+    """(N, 2): number of beams of this turn, and the offset of its first bearing from that of the lidar's model."""
 
 
 class Scratch(NamedTuple):

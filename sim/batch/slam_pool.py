@@ -50,7 +50,7 @@ class Estimated(NamedTuple):
 
 @dataclass(frozen=True)
 class SlamTask:
-    """Scenarios of a batch, and the reasons why its robots need SLAM."""
+    """Scenarios and settings of a batch, with which a process runs SLAM for its robots."""
 
     config: EnvConfig
     scenarios: Sequence[Scenario]

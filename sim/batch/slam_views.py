@@ -1,4 +1,4 @@
-"""SLAM's views for the robots of a batch, with its keys of ``info`` and its ends, as arrays of all robots."""
+"""Results of SLAM for the robots of a batch, as arrays: observations, keys of ``info``, and the end ``lost``."""
 
 from collections.abc import Iterator, Sequence
 
@@ -29,7 +29,7 @@ class SlamViews(Closing):
 
     def update(self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], robots: Robots, seen: Seen) -> None:
         """Run SLAM on the scans of these robots in this step."""
-        answers = self._pool.estimate(list(self._told(begins, goes_on, robots, seen)))
+        answers = self._pool.estimate(list(self._new_scans(begins, goes_on, robots, seen)))
         self.views = _updated(self.views, len(begins), answers, "views")
         self.info = _updated(self.info, len(begins), answers, "info")
 
@@ -41,7 +41,7 @@ class SlamViews(Closing):
     def close(self) -> None:
         self._pool.close()
 
-    def _told(
+    def _new_scans(
         self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], robots: Robots, seen: Seen
     ) -> Iterator[ScanOfRobot]:
         lidar, config, timing = self._scenario.lidar.description.lidar, self._scenario.lidar, self._timing

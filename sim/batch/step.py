@@ -147,8 +147,8 @@ def _see_goal(i: int, w: int, k: int, worlds: Worlds, seen: Seen, polar: bool) -
 
 @compiled_on_views
 def _map(
-    i: int, worlds: Worlds, timing: Timing, cell: float, robots: Robots, seen: Seen, begins: bool, turn: Turn,
-    scratch: Scratch,
+    i: int, worlds: Worlds, timing: Timing, cell: float, robots: Robots, seen: Seen, begins: bool,
+    turn: Turn, scratch: Scratch,
 ) -> None:  # fmt: skip
     """Mark the cells that the scan sees in the robot's grid, and cut out the square around the robot."""
     w = robots.world[i]

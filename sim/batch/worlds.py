@@ -29,7 +29,7 @@ _KINDS: Final[dict[NoiseName, int]] = {
 SENSOR: Final = np.dtype(
     [
         ("increment", "f8"),  # seconds from beam to beam
-        ("noise", "i4"), ("near", "f8"), ("near_range", "f8"), ("far", "f8"),  # kind; standard deviations
+        ("noise", "i4"), ("near_sigma", "f8"), ("near_range", "f8"), ("far_sigma_per_metre", "f8"),
         ("dropout", "f8"), ("reflectivity", "f8"), ("sees_legs", "i4"),
     ],
     align=True,
@@ -83,7 +83,7 @@ class Timing(NamedTuple):
     step: float
     """Radians from beam to beam."""
     beams_vary: int
-    """Number of beams by which a turn may differ; only lidars with a full turn vary."""
+    """Largest difference in the number of beams per turn; not 0 only for lidars that measure a full turn."""
     whole_turn: bool
     scan_time: float
     controls_before: int
@@ -95,7 +95,7 @@ class Timing(NamedTuple):
 
 
 def timing_of(scenario: Scenario) -> Timing:
-    """Make them from a scenario."""
+    """Read lidar and clock from a scenario."""
     model, clock = scenario.lidar.description, scenario.clock
     lidar = model.lidar
     reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))

@@ -25,7 +25,7 @@ SLAM_STEPS: Final = 50
 ACTION: Final = np.array([0.3, 0.1], np.float32)
 SIZES: Final = (1, 64, 1024, 4096)
 VIEWS: Final = (("scan", "odometry"), ("scan", "odometry", "goal"), ("scan", "odometry", "goal", "map"))
-_FREE: Final[dict[str, Any]] = {"reward": "none", "end_on": ()}
+_NO_TASK: Final[dict[str, Any]] = {"reward": "none", "end_on": ()}
 
 
 def env_tables(
@@ -40,7 +40,7 @@ def env_tables(
     With ``peer`` ir-sim is measured too; ``with_slam`` are numbers of robots.
     """
     parts: list[Callable[[], ResultTable]] = [
-        lambda: _paths(sizes, seconds, peer),
+        lambda: _environments(sizes, seconds, peer),
         lambda: _views(sizes[-1], seconds),
         lambda: _threads(sizes[-1], seconds),
         lambda: _slam(with_slam),
@@ -49,7 +49,7 @@ def env_tables(
         return [part() for part in bar.track(parts, description="environments")]
 
 
-def _paths(sizes: Sequence[int], seconds: float, peer: bool) -> ResultTable:
+def _environments(sizes: Sequence[int], seconds: float, peer: bool) -> ResultTable:
     rows = []
     if peer:
         rows.append(("ir-sim, one robot", "1", *_speed(PlanarPeer(corridor("exact")), 1, seconds)))
@@ -83,10 +83,10 @@ def _threads(size: int, seconds: float) -> ResultTable:
         for n, (wall, cpu, main) in zip(counts, best, strict=True)
     ]
     notes = (
-        f"By the clock on the wall, the best of {THREAD_ROUNDS} rounds; needs an idle core for each. The last column "
-        "is what threads cannot share."
+        f"Wall time, the best of {THREAD_ROUNDS} rounds; each thread needs an idle core. Last column: share of the CPU "
+        "time that cannot be divided among threads."
     )
-    columns = ("threads", "steps/s", "x one", "CPU us\na step", "in the main\nthread, %")
+    columns = ("threads", "steps/s", "speed-up", "CPU us\na step", "in the main\nthread, %")
     return ResultTable(f"Threads of a batch of {size}", columns, rows, notes)
 
 
@@ -102,7 +102,7 @@ def _slam(sizes: Sequence[int]) -> ResultTable:
         taken = (perf_counter() - began) / SLAM_STEPS / size
         envs.close()
         rows.append((str(size), f"{1.0 / taken:.0f}", f"{1e3 * taken:.2f}"))
-    notes = f"By the clock on the wall, on {usable_cores()} cores, each with a process of its own."
+    notes = f"Wall time on {usable_cores()} cores, each with a process of its own."
     return ResultTable("A batch with SLAM", ("robots", "steps/s", "ms\na step"), rows, notes)
 
 
@@ -148,13 +148,13 @@ def _seconds_a_step(envs: Any, size: int, seconds: float, clock: Callable[[], fl
 def _single(engine: str) -> P3DXEnv:
     scenario = corridor("exact" if engine == "plan" else "bullet")
     physics = scenario.physics.model_copy(update={"engine": engine})
-    return P3DXEnv(scenario.model_copy(update={"physics": physics}), **_FREE)
+    return P3DXEnv(scenario.model_copy(update={"physics": physics}), **_NO_TASK)
 
 
 def _batch(size: int, threads: int | None = 1, **arguments: Any) -> BatchEnv:
     scenario = corridor("exact")
     route = scenario.route.model_copy(update={"waypoints": ((30.0, 0.0),)})
-    given = _FREE | arguments
+    given = _NO_TASK | arguments
     return BatchEnv(size, scenario.model_copy(update={"route": route}), threads=threads, **given)
 
 

@@ -36,7 +36,7 @@ class PlanarPeer:
 
 
 def _world(scenario: Scenario) -> dict[str, Any]:
-    """Describe the walls and the lidar of a scenario for ir-sim: a disk, a fan ahead, Gaussian noise of 1 cm."""
+    """Describe a scenario for ir-sim: the walls, a round robot, and a lidar with Gaussian noise of 1 cm."""
     outlines = scenario.world.outlines(scenario.lidar.height)
     low, high = np.min([o.min(axis=0) for o in outlines], axis=0), np.max([o.max(axis=0) for o in outlines], axis=0)
     width, height = (high - low + 2.0).tolist()

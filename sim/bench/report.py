@@ -40,8 +40,8 @@ def _speeds() -> ResultTable:
         )  # fmt: skip
     notes = (
         f"A corridor with 40 boxes, 682 beams, rolling, noise of the paper, 10 scans and 240 physics steps a second; "
-        f"CPU time. The engine's calls are those that the robot makes, made again alone; for exact, the compiled "
-        f"caster is one of them. Most memory held: {1e-6 * peak_memory():.0f} MB."
+        f"CPU time. Engine alone: the calls of the robot to PyBullet, and to the compiled ray caster for exact, are "
+        f"repeated without the rest. Peak memory: {1e-6 * peak_memory():.0f} MB."
     )
     columns = ("caster", "engine alone\nus a scan", "whole\nus a scan", "of which\nours", "simulated s\nper CPU s")
     return ResultTable("Speed of the simulator", columns, rows, notes)
@@ -60,8 +60,8 @@ def _vector() -> ResultTable:
     scenario = corridor("bullet")
     one, two = (env_steps_per_second(scenario, processes) for processes in (1, 2))
     rows = [("1", f"{one:.0f}", ""), ("2", f"{two:.0f}", f"{two / one:.2f}")]
-    columns = ("processes", "steps/s", "x one")
-    return ResultTable("Gymnasium's AsyncVectorEnv", columns, rows, "By the clock on the wall; needs a core for each.")
+    columns = ("processes", "steps/s", "speed-up")
+    return ResultTable("Gymnasium's AsyncVectorEnv", columns, rows, "Wall time; each process needs a core of its own.")
 
 
 def _blocked() -> ResultTable:
@@ -80,8 +80,8 @@ def _blocked() -> ResultTable:
         "plan ends\ndeg away",
     )  # fmt: skip
     notes = (
-        "A command of 0.3 m/s, held for 10 s more; how far the odometry went after the first scan that said stalled. "
-        "The last columns: how far from PyBullet's robot that of physics.engine: plan ended."
+        "The command of 0.3 m/s is held for 10 s more. Odometry and heading: their motion after the first scan with "
+        "stalled. Last columns: distance between the final poses with physics.engine: plan and with PyBullet."
     )
     return ResultTable("A blocked base", columns, rows, notes)
 
@@ -102,4 +102,4 @@ def _long_life() -> ResultTable:
         (f"{growth.resets:,} resets, {growth.steps:,} physics steps", f"{growth.of_one_robot:.1f}"),
         (f"{growth.robots:,} robots made and closed", f"{growth.of_many_robots:.1f}"),
     ]
-    return ResultTable("Growth of memory", ("", "MB"), rows, "Of the most that the process ever held.")
+    return ResultTable("Growth of memory", ("", "MB"), rows, "Growth of the peak memory of the process.")

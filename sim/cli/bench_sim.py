@@ -7,7 +7,7 @@ import typer
 
 def bench_sim(
     long: Annotated[
-        bool, typer.Option("--long", help="Also measure memory over 10,000 resets and a million steps; takes minutes.")
+        bool, typer.Option("--long", help="Also measure memory over 10,000 resets, 1.2 million steps; takes minutes.")
     ] = False,
 ) -> None:
     """Measure the simulator: speed compared with PyBullet's calls alone, resets, two processes, and contacts.

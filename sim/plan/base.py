@@ -10,7 +10,7 @@ import numpy as np
 
 from sim.bumpers import TOUCH, bumper_segment
 from sim.dead_reckoning import Noise, reckon
-from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, switch_on, watch, wheel_speeds
+from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, switch_on, update_stall_protection, wheel_speeds
 from sim.plan.footprint import deepest_overlap
 from sim.plan.motors import rims_after, solver_compliance
 from sim.random_stream import normal
@@ -47,7 +47,7 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
     base.left += turned * rolled_left / WHEEL_RADIUS
     base.right += turned * rolled_right / WHEEL_RADIUS
     stands = abs(base.rim_left) <= STANDING and abs(base.rim_right) <= STANDING
-    watch(base, model, moved < 1.0 and stands)
+    update_stall_protection(base, model, moved < 1.0 and stands)
     reckon(base, model, _noise(base, model))
 
 
@@ -69,7 +69,7 @@ def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, floa
 
 @compiled_on_views
 def arc(x: float, y: float, theta: float, ahead: float, turn: float) -> tuple[float, float, float]:
-    """Return the pose after an arc of ``metres`` and ``radians``: ``Twist2D.motion``."""
+    """Return the pose after an arc, ``ahead`` metres long, with ``turn`` radians, as ``Twist2D.motion``."""
     half = 0.5 * turn
     chord = ahead * (sin(half) / half if abs(half) > 1e-8 else 1.0)
     return x + chord * cos(theta + half), y + chord * sin(theta + half), wrapped(theta + turn)
@@ -108,7 +108,8 @@ def _drive(
 def _moved(base: Any, model: Any, left: float, right: float) -> tuple[float, float, float]:
     """Return the pose after the wheels without error have rolled these distances.
 
-    As in PyBullet, each physics step moves along the heading at its start, half a step's turn behind the arc.
+    In PyBullet each physics step moves along the heading at its start. On average this heading lags behind that of the
+    arc by half of the turn in one step.
     """
     turn = (right - left) / TRACK
     behind = 0.5 * turn / model.substeps

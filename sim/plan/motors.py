@@ -79,7 +79,10 @@ def _pulls_of_turning(left: float, right: float) -> tuple[float, float]:
 
 @compiled_on_views
 def _limited(push: float, other: float, bias: float, other_bias: float, force: float) -> tuple[float, float]:
-    """Return the accelerations of a rim whose motor is at its limit, and of the other, which is ``other``."""
+    """Return the accelerations of a rim whose motor is at its limit, and of the other rim.
+
+    ``other`` is the acceleration of the other rim if its own motor is below its limit.
+    """
     push = min(max(push, -force), force)
     a = (push - bias - CROSS * other) / OWN
     other_push = CROSS * a + OWN * other + other_bias

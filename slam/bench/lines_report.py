@@ -33,10 +33,10 @@ _COLUMNS: Final = (
     "method", "F1 %", "TP %", "FP %", "angle\ndeg", "off\nmm", "ends\nmm", "time\nus", "p99\nus", "x\nours",
 )  # fmt: skip
 _NOTES: Final = (
-    "TP: walls found. FP: segments that are no wall. Angle, offset and time: medians; ends: median and 90 %. Times are "
-    "of one scan of 682 beams; x ours: time over ours. Ours is told the noise of the sensor. In the last rows it "
-    "knows none and learns from the scan alone, or has learnt from scans of other rooms before, without a name or from "
-    "that of a sensor with a third of the noise; or believes what is wrong. "
+    "TP: walls found. FP: segments that are not a wall. Angle, offset and time: medians; ends: median and 90 %. Times "
+    "are of one scan of 682 beams; x ours: time over ours. Ours is told the noise of the sensor, except in the last "
+    "rows: there it learns the noise from this scan only, or has learnt it from scans of other rooms, with no sensor "
+    "named or with one named that has a third of the noise; or it is told a wrong noise. "
     '"paper, tuned", split-and-merge, RANSAC and Hough were tuned for each level on other seeds.'
 )
 

@@ -40,7 +40,7 @@ class MappedWorld:
     """Estimated poses of the mapping run, (N, 3)."""
 
     def in_map(self, T_map_base: Pose2D) -> Pose2D:
-        """Convert a true pose into the map's frame: the map has the error that the run had at its nearest pose."""
+        """Return where the map shows a true pose; the error of the map there is that of the run's nearest pose."""
         k = int(np.argmin(np.hypot(*(self.truth[:, :2] - T_map_base.translation).T)))
         return Pose2D(*self.estimate[k].tolist()) @ Pose2D(*self.truth[k].tolist()).between(T_map_base)
 
@@ -79,10 +79,11 @@ def localization_table(scenario: Scenario, trials: int, seconds: float, seed: in
         ["", "right", "after, s", "95 %, s", "worst, s", "scans\nwrong", "in map,\nm", "true,\nm", "first,\nms",
          "scan,\nms"],
         [_table_row("set down", relocate), _table_row("moved", moved)],
-        f"The map: {len(world.map)} surfels, by one run whose ATE was {ate:.3f} m. Set down anywhere, then "
-        "moved without being told. Right: at the end sure, and within 0.3 m and 5 deg; after: median of the simulated "
-        "time to the scan since which it was so. Wrong: sure, and not within. In map: rmse of these scans against "
-        "where the true pose lies in the map; then against the truth. First: wall time of the search in the whole map.",
+        f"The map has {len(world.map)} surfels, from one run with an ATE of {ate:.3f} m. Each robot starts at a random "
+        "pose, and is then carried to another one. Right: at the end it is sure of a pose within 0.3 m and 5 deg of "
+        "the true one; after: median of the simulated time until it stays so. Wrong: scans in which it was sure of "
+        "another pose. In map: rmse after that time against the place of the true pose in the map; true: against the "
+        "true pose. First: wall time of the search in the whole map.",
     )  # fmt: skip
 
 

@@ -42,7 +42,7 @@ class LogRun:
     inliers: FloatArray
     """Share of every scan that agreed with the map, (N,)."""
     unconstrained: int
-    """Number of scans that left a direction to odometry."""
+    """Number of scans that did not constrain the pose in every direction."""
     searched: int
     """Number of scans that needed the coarse search."""
     lost: int

@@ -57,7 +57,7 @@ class LoopBench:
 
     def hour_tables(self) -> list[ResultTable]:
         """Measure one hour around one loop."""
-        with self.console.waiting("driving around a loop for an hour of its time"):
+        with self.console.waiting("driving around a loop for one simulated hour"):
             return hour_tables(self.settings)
 
     def _runs(self, usual: int) -> int:

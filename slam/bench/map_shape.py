@@ -56,11 +56,11 @@ def shape_table(found: Sequence[tuple[str, LogRun]]) -> ResultTable:
         "radial\nm", "parallel\nm", "unseen\nm", "open along\nm", "across\nm", "heading\ndeg", "agree", "unmoved",
     )  # fmt: skip
     notes = (
-        "Off axes: the directions of the walls, modulo 90 deg, about their mean, weighed by length; a building with "
-        "walls at other angles has more. Radial: lines along most of the beams that saw them; parallel: beside a "
-        "longer line that faces the same way, within 0.3 m; unseen: no echo within 0.1 m. Open: what lays the last "
-        "scans onto the first, along and across the first heading; the share of their points, one a 5 cm cell, that "
-        "then agree, and that did before."
+        "Off axes: deviation of the walls' directions, modulo 90 deg, from their mean, weighted by length; it is "
+        "larger in a building with walls at other angles. Radial: lines along most of the beams that saw them; "
+        "parallel: lines within 0.3 m of a longer one that faces the same side; unseen: lines without an echo within "
+        "0.1 m. Open: motion that aligns the last scans with the first, along and across the first heading. Agree, "
+        "unmoved: share of their points, one per 5 cm cell, that fit after this motion, and without it."
     )
     rows = [(name, *_walls(run.walls), *_faults(faults_of(run)), *_loop(run)) for name, run in found]
     return ResultTable("Shapes", columns, rows, notes)

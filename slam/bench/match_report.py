@@ -45,7 +45,7 @@ class MatcherComparison:
 
 def compare_matchers(scenario: Scenario, places: int, seed: int, console: Terminal) -> MatcherComparison:
     """Run all matchers on the same scans; InputError if small_gicp is not installed."""
-    import_optional("small_gicp", "bench")  # before seconds of work
+    import_optional("small_gicp", "bench")  # fails before the long measurement
     world = ScannedWorld(scenario, seed)
     with console.waiting("scanning"):
         made_from = world.map_scans()
@@ -77,8 +77,8 @@ def _times(found: MatcherComparison) -> ResultTable:
     return ResultTable(
         f"Time of one match, median in ms (and over ours), {found.places} places",
         ["points"] + [str(beams) for beams in BEAMS], rows,
-        "All that is done for one scan: ours and the paper's with the extraction of lines, small_gicp with its cloud, "
-        "and GICP with the covariances of that; maps, trees and normals are made before. One thread each.",
+        "All work for one scan on one thread: ours and the paper's include the extraction of lines, small_gicp "
+        "includes its point cloud, and GICP the covariances of the cloud. Maps, trees and normals are made before.",
     )  # fmt: skip
 
 
@@ -109,7 +109,7 @@ def _basin(found: MatcherComparison) -> ResultTable:
     return ResultTable(
         "Basin at 682 points: converged, %, by how far the start is off",
         ["metres"] + [f"{shift:g}" for shift in SHIFTS], rows,
-        f"Four directions at each of the {found.places} places; the paper's at every fifth.",
+        f"Four directions at each of the {found.places} places; the paper's matcher is tested at every fifth place.",
     )  # fmt: skip
 
 

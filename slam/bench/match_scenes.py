@@ -21,7 +21,8 @@ SPACING: Final = 0.5
 """Metres between the scans of the map; two of opposite heading at each place."""
 REACH: Final = 4.0
 FIXED_SHARE: Final = 0.05
-"""A place fixes the pose if each direction has at least this share of the squared normals that the beams meet."""
+"""A pose is constrained if walls face every direction: the smallest eigenvalue of the mean outer product of their
+directions, over all beams, is at least this."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,7 +58,7 @@ class OurMatcher:
 
 
 class PaperMatcher:
-    """Map points to the segments of the scan by the force field, section 4.2, with the settings of the corridor."""
+    """The paper's matcher: map points to segments of the scan by the force field, with the settings of the corridor."""
 
     name = "paper"
 

@@ -41,7 +41,7 @@ class ProbabilisticHough:
 
 
 def _segments(points: FloatArray, ends: FloatArray) -> Segments:
-    """Return segments with ends (M, 2, 2); their first and last points are the nearest of (N, 2)."""
+    """Return segments with these ends (M, 2, 2); ``first`` and ``last`` index the points (N, 2) nearest to them."""
     nearest = np.array([[np.argmin(np.hypot(*(points - end).T)) for end in pair] for pair in ends], np.int64).reshape(
         -1, 2
     )

@@ -47,7 +47,7 @@ class Ransac:
     def _runs(
         self, measure: Any, points: FloatArray, begin: int, stop: int, random: np.random.Generator
     ) -> Iterator[tuple[int, int]]:
-        """Return the longest run on the best line, and recursively those on either side of it."""
+        """Yield the longest run on the best line, and recursively those on either side of it."""
         if stop - begin < self.min_points:
             return
         _, inliers = measure.ransac(

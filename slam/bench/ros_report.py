@@ -32,7 +32,7 @@ from slam.topics.ros_bus import open_ros_bus
 _CLIENT: Final = Path(__file__).with_name("ros_client.py")
 _LONGER: Final = 30.0
 """Seconds for which a client waits after the run."""
-_BARS: Final = "bars: none lost, median age 5 ms, 0.3 ms a scan; the log's own encoding of a scan is not counted"
+_TARGETS: Final = "targets: none lost, median age 5 ms, 0.3 ms a scan; encoding the scan for the log is not counted"
 
 
 class _EnoughScans(Exception):
@@ -85,7 +85,7 @@ def ros_table(scenario: Scenario, pythons: Sequence[Path], seconds: float, conso
         "publish\nms",
         "publish\nCPU ms",
     )
-    return ResultTable(f"Topics of ROS 2: {scenario.name}, {seconds:g} s at 10 Hz, reliable", columns, rows, _BARS)
+    return ResultTable(f"Topics of ROS 2: {scenario.name}, {seconds:g} s at 10 Hz, reliable", columns, rows, _TARGETS)
 
 
 def _drive(scenario: Scenario, stack: ExitStack) -> _Stopwatch:
@@ -100,7 +100,7 @@ def _drive(scenario: Scenario, stack: ExitStack) -> _Stopwatch:
 
 
 def _figures(sent: Sequence[float], told: dict[str, Any]) -> Iterator[str]:
-    """Return the cells of a client: scans sent since it was found, scans lost, and their ages."""
+    """Yield the cells of a client: scans sent since it was found, scans lost, and their ages."""
     heard = np.array(told["stamps"])
     since = [stamp for stamp in sent if stamp > heard.min(initial=np.inf) - 1e-6]
     yield f"{len(since)} of {len(sent)}"

@@ -76,7 +76,7 @@ def scenes(seeds: range, noise_level: str) -> Iterator[Scene]:
 
 
 def warm_up_scans(noise_level: str) -> Iterator[LaserScan]:
-    """Return scans with this noise, of each family in turn, in rooms that are not scored."""
+    """Yield scans with this noise, of each family in turn, in rooms that are not scored."""
     return (make_scene(family, seed, noise_level).scan for seed in WARM_UP_SEEDS for family in FAMILIES)
 
 

@@ -22,7 +22,7 @@ HOUR_SCENARIO: Final = "office_loop"
 CHI_SQUARE_95: Final = 7.815
 """95 % quantile of chi-square with three degrees of freedom."""
 OPEN_SHARE: Final = 0.5
-"""Share of the scans with an unconstrained direction from which a run is in the table."""
+"""A run is in the table of unconstrained runs if more than this share of its scans has an unconstrained direction."""
 HOUR_BLOCK: Final = 1000
 """Scans at the beginning and at the end that are compared."""
 HOUR_PARTS: Final = 12
@@ -49,14 +49,14 @@ def sim_tables(
         again = partial(repeating_command, settings=settings, allow_modules=allow_modules)
         made += [_run_table(runs), _scenario_table(runs), _worst_table(runs, again), *unconstrained_tables(runs)]
     if hour:
-        description = f"driving around {HOUR_SCENARIO} for an hour of its time"
+        description = f"driving around {HOUR_SCENARIO} for one simulated hour"
         [long_run] = run_in_workers(run_scenario, [(HOUR_SCENARIO, 0, settings, True)], description, console, 1)
         made += hour_tables(long_run)
     return made
 
 
 def unconstrained_tables(runs: Sequence[tuple[str, int, SimRun]]) -> list[ResultTable]:
-    """Make the table of the runs in which most scans left a direction unconstrained; None if there are none.
+    """Make the table of the runs in which most scans left a direction unconstrained; empty without such a run.
 
     Along that direction there is only odometry; across it the scans must keep the error small.
     """
@@ -71,8 +71,9 @@ def unconstrained_tables(runs: Sequence[tuple[str, int, SimRun]]) -> list[Result
         "heading\nmost, deg", "open",
     )  # fmt: skip
     notes = (
-        "Along the way from the first to the last true place, and across it. Odometer: what odometry's way is off by, "
-        "were its heading right, which is all that is known there; odometry: with its heading as it was."
+        "Errors along the line from the first to the last true position, and across it. Odometer: error along it of "
+        "the distance that odometry measures, with the true heading; only this distance is known there. Odometry: "
+        "error along it with odometry's own heading."
     )
     rows = [(label, *_cells(row)) for label, row in zip(labels, found, strict=True)]
     return [ResultTable("Where the scans leave a direction open", columns, [*rows, *summary], notes)]
@@ -89,9 +90,9 @@ def _run_table(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
         "most y\ncm", "open", "in bound", "lost", "odometry\nonly", "ms", "p99 ms",
     )  # fmt: skip
     notes = (
-        "Against the truth, without alignment. Open: scans that left a direction to odometry. In bound: normalised "
-        "squared error within 95 % of chi-square. Odometry only: scans that said nothing that could be "
-        "trusted. Milliseconds of processor time an update, extraction included."
+        "Errors against the truth, without alignment. Open: scans that do not constrain the pose in some direction. In "
+        "bound: scans whose normalised squared error is below the 95 % quantile of chi-square. Odometry only: scans "
+        "whose match was rejected. Milliseconds: processor time per update, extraction included."
     )
     return ResultTable("In the simulator", columns, [_run_row(*run) for run in runs], notes)
 
@@ -168,7 +169,9 @@ def _hour_cost(run: SimRun) -> ResultTable:
         str(len(run.times)), *milliseconds(first), *milliseconds(last), f"{np.median(last) / np.median(first):.2f}",
         f"{errors[-1]:.1f}", f"{errors.max():.1f}",
     )  # fmt: skip
-    return ResultTable("One hour", columns, [row], "Around and around. The first 1,000 scans make the map.")
+    return ResultTable(
+        "One hour", columns, [row], "The robot drives round after round. The first 1,000 scans make the map."
+    )
 
 
 def _map_size(run: SimRun) -> ResultTable:

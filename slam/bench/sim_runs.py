@@ -83,7 +83,7 @@ class SimRun:
     covariances: FloatArray
     """Covariances of the estimates, (N, 3, 3)."""
     unconstrained: FloatArray
-    """True where a direction was left to odometry, (N,)."""
+    """True for each scan that did not constrain the pose in every direction, (N,)."""
     lost: int
     """Number of scans in which the robot was lost."""
     odometry_only: int

@@ -56,8 +56,9 @@ def _error_table(rows: list[tuple[str, ...]]) -> ResultTable:
     )  # fmt: skip
     peers = "; ".join(f"{name}: {text}" for name, text in PEERS.items())
     notes = (
-        "Poses at every scan as they were then. End: difference from the reference, or from the start where there is "
-        f"none. Crisp: occupied 5 cm cells a 1000 points, deskewed / as taken. Best of eight other systems: {peers}."
+        "Poses as estimated at each scan. End: difference of the last pose from the reference, or from the start "
+        "without a reference. Crisp: occupied 5 cm cells per 1000 points, deskewed / not deskewed. Best of eight other "
+        f"systems: {peers}."
     )
     return ResultTable("Errors", columns, rows, notes)
 
@@ -110,8 +111,8 @@ def _cost_table(found: list[tuple[str, LogRun]]) -> ResultTable:
             )
         )  # fmt: skip
     notes = (
-        "Milliseconds on the wall clock and of the thread's processor time. Open: scans that left a direction to "
-        "odometry; odometry only: scans that said nothing of the pose. Inliers: share of a scan's pieces that "
-        "agree with the map."
+        "Milliseconds of wall time and of the thread's processor time. Open: scans that do not constrain the pose in "
+        "some direction; odometry only: scans whose match was rejected. Inliers: share of a scan's facets that agree "
+        "with the map."
     )
     return ResultTable("Costs, a scan", columns, rows, notes)

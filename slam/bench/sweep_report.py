@@ -24,16 +24,16 @@ def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTabl
             turns = bar.track(range(TURNS), description=f"{runs} runs, {name}")
             measured = [(arithmetic_ratio(), sweep_speed(make, 1, runs), sweep_speed(make, 2, runs)) for _ in turns]
             rows += _rows(name, measured)
-    columns = ("executor", "jobs", "runs/s", "x one", "least, most", "driver\n% of a core", "overhead\ns a run")
+    columns = ("executor", "jobs", "runs/s", "speed-up", "least, most", "driver\n% of a core", "overhead\ns a run")
     notes = (
-        f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} turns. Additions alone: what "
-        f"two processes of this machine do of them, in the same turns. Overhead: a worker's time less "
-        f"that in which the robot drives."
+        f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} turns. Additions alone: the "
+        f"speed-up of plain additions in two processes of this machine, in the same turns. Overhead: time of a worker "
+        f"in which the robot does not drive."
     )
     yield ResultTable("Sweeps, one job and two at a time", columns, rows, notes)
     with console.waiting("10,000 rows"):
         held = [(f"{count:,}", f"{memory_of_rows(count):.0f}") for count in (100, 1000, 10_000)]
-    notes = "The most that it held until the last of so many rows, of simulated runs."
+    notes = "Peak memory until this number of rows of simulated runs was stored."
     yield ResultTable("Memory of the driver", ("rows", "MB"), held, notes)
 
 

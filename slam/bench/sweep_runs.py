@@ -49,7 +49,7 @@ def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int)
 
 
 def memory_of_rows(count: int) -> float:
-    """Return the peak memory of this process, megabytes, after ``rows`` artificial rows."""
+    """Return the peak memory of this process, megabytes, after ``count`` artificial rows."""
     with TemporaryDirectory() as here:
         store = ResultStore(Folder(here))
         Scheduler(_FakeExecutor(), store, retry=0, show=lambda done, failed: None).run(_jobs(count, duration=1.0))
@@ -58,7 +58,7 @@ def memory_of_rows(count: int) -> float:
 
 
 def arithmetic_ratio() -> float:
-    """Return the additions that two processes do over those of one: the best ratio that any sweep can reach here."""
+    """Return how many times as many additions two processes do as one: no sweep can speed up more on this machine."""
     return _additions(2) / _additions(1)
 
 

@@ -24,7 +24,7 @@ from slam.scenario.schema import Scenario
 
 _PORT: Final = 19090
 _ROWS: Final = 5
-_TARGETS: Final = "bars: 0.5 ms and 7 kB a scan, with --rerun FILE"
+_TARGETS: Final = "targets: 0.5 ms and 7 kB a scan, with --rerun FILE"
 
 
 class _EnoughScans(Exception):

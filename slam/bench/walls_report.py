@@ -40,10 +40,11 @@ def _way_table(groups: dict[str, list[tuple[int, WallMapRun]]]) -> ResultTable:
         "free air\nm a run", "longest\nphantom, m",
     )  # fmt: skip
     notes = (
-        "Of all seeds together. Precision: share of the mapped length within 0.1 m of a true wall that faces the same "
-        "way. Recall: share of the walls seen by three scans that is mapped. Length, ends: median errors of walls "
-        "seen whole, and from their ends to the nearest of their lines. All segments: those of every mapped scan, as "
-        "the paper keeps them; split-and-merge: segments by it, merged into lines. All by the same poses."
+        "All seeds together. Precision: share of the mapped length within 0.1 m of a true wall that faces the same "
+        "side. Recall: share of the walls seen by three scans that is mapped. Length: median error of walls seen "
+        "whole. Ends: distance from their ends to the nearest of their lines. All segments: those of every mapped "
+        "scan, as the paper keeps them; split-and-merge: segments found by it, merged into lines. All have the same "
+        "poses."
     )
     rows = [
         (name, way, *_cells(total_score([run.scores[way] for _, run in runs]), len(runs)))
@@ -67,7 +68,7 @@ def _shares(score: WallScore) -> tuple[str, str]:
 
 
 def _worst_table(groups: dict[str, list[tuple[int, WallMapRun]]], again: Callable[[str, int], str]) -> ResultTable:
-    """Return the run of each scenario with the longest phantom, of equals with the least precision, and its command."""
+    """Return the run of each scenario with the longest phantom, and its command; if several, the least precise one."""
     columns = ("scenario, seed", "ending", "precision", "recall", "free air\nm", "phantom\nm", "command")
     rows = []
     for name, runs in groups.items():

@@ -13,7 +13,7 @@ BenchScenario = Annotated[str, typer.Option(help="Scenario to drive in.", autoco
 
 def bench_sweep(
     runs: Annotated[
-        int, typer.Option(min=2, help="Runs of each executor, with one job and with two, in each of five turns.")
+        int, typer.Option(min=2, help="Runs of each executor and number of jobs, in each of five repetitions.")
     ] = 15,
     ray: Annotated[
         bool, typer.Option("--ray/--no-ray", help="Also run on Ray: pip install 'hopslam\\[cluster]'.")
@@ -21,8 +21,8 @@ def bench_sweep(
 ) -> None:
     """Measure sweeps: runs per second with one and two jobs, the driver's share of a core, overhead, memory.
 
-    Takes some minutes. An idle machine gives better numbers; the same run measures the speed-up of two processes
-    without sweeps.
+    Takes some minutes, best on an idle machine. For comparison, the speed-up of two processes without sweeps is
+    measured too.
 
     [bold]Examples[/bold]
 

@@ -20,7 +20,7 @@ def bench_paper(
 ) -> None:
     """Measure Table 2, Figs. 3, 7, 8 and 10 and the time of Fig. 21 again, compared with the paper's numbers.
 
-    The whole of Table 2 takes some minutes, nearly all of it for the full U of the paper's SVD.
+    Table 2 takes some minutes, nearly all of them in the SVD with the whole matrix U, as in the paper.
 
     [bold]Examples[/bold]
 

@@ -26,7 +26,7 @@ def compare(
 ) -> None:
     """Show the metrics of runs side by side, each with its difference from the first run.
 
-    The difference is in percent; from twice or half on it is a factor, such as x 3.1 or / 3.1.
+    A difference is in percent; if one value is at least twice the other, it is a factor, such as x 3.1 or / 3.1.
 
     [bold]Examples[/bold]
 
@@ -90,7 +90,7 @@ def _cells(values: list[Any]) -> list[str]:
 
 
 def _difference(value: Any, first: Any) -> str:
-    """Format a difference in percent; a factor from twice or half on.
+    """Format a difference in percent, or as a factor if the value is at least twice or at most half as large.
 
     No difference if the first is 0 or of another sign.
     """

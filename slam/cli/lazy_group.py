@@ -33,13 +33,16 @@ class _LazyCommands(UserDict[str, Any]):
             code = app
         command: Any = get_command(code)
         command.name, command.rich_help_panel = name, self._panels.get(name)
-        command.help = unwrapped(command.help or "")
+        _unwrap_help(command)
         return command
 
 
-def unwrapped(text: str) -> str:
-    """Join the lines of each paragraph, so that a terminal wraps it at its own width."""
-    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+def _unwrap_help(command: Any) -> None:
+    """Join the lines of each paragraph, so that a terminal wraps it at its own width; in a group's commands too."""
+    command.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in (command.help or "").split("\n\n"))
+    inner = getattr(command, "commands", {})
+    for one in inner.values() if isinstance(inner, dict) else ():  # a lazy group does the same when a command is used
+        _unwrap_help(one)
 
 
 def lazy_group(places: Mapping[str, str], panels: Mapping[str, str] | None = None) -> type[TyperGroup]:

@@ -90,7 +90,7 @@ def _exit_code() -> int:
     except RuntimeError as error:
         if not isinstance(error.__cause__, KeyboardInterrupt):
             raise
-        return 128 + (received or [signal.SIGINT])[0]  # how CPython 3.11 reports one inside a class body
+        return 128 + (received or [signal.SIGINT])[0]  # CPython 3.11 raises RuntimeError for Ctrl-C in a class body
     except SystemExit as leave:
         code = int(leave.code or 0)
         return 128 + received[0] if received and code == 130 else code  # typer gives 130 for all

@@ -38,7 +38,7 @@ SettingsSource = Annotated[
 ]
 Start = Annotated[
     Literal["search", "saved"],
-    typer.Option(help="Start in the map of --map: search for the robot, or use the other run's last pose."),
+    typer.Option(help="Start in the map of --map; search: anywhere; saved: at the last pose of the other run."),
 ]
 
 

@@ -40,7 +40,7 @@ Mount = Annotated[
 ]
 Start = Annotated[
     Literal["search", "saved"],
-    typer.Option(help="Start in the map of --map: search for the robot, or use the other run's last pose."),
+    typer.Option(help="Start in the map of --map; search: anywhere; saved: at the last pose of the other run."),
 ]
 Localize = Annotated[
     bool, typer.Option("--localize", help="Localise the robot in the map of --map, which does not change.")
@@ -71,8 +71,8 @@ def slam(
     """Map the surroundings of any robot from its scans and odometry; Ctrl-C ends it.
 
     It publishes the transform from map to odom, /map, /lines and /slam_pose, and subscribes to /initialpose. Results
-    are in a run folder, as for every run. Domain and range are those of ROS_DOMAIN_ID and
-    ROS_AUTOMATIC_DISCOVERY_RANGE, whose default is this machine only: see docs/ros.md.
+    are in a run folder, as for every run. ROS_DOMAIN_ID and
+    ROS_AUTOMATIC_DISCOVERY_RANGE choose the network, by default this machine only: see docs/ros.md.
 
     [bold]Examples[/bold]
 

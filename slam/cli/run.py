@@ -30,7 +30,7 @@ Backend = Annotated[
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Use only the sensors of the real robot: it never moves.")]
 Start = Annotated[
     Literal["given", "search"],
-    typer.Option(help="Start in the map of --map: the scenario's start pose, or search for the robot."),
+    typer.Option(help="Start in the map of --map; given: at the scenario's start pose; search: anywhere."),
 ]
 
 

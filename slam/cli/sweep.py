@@ -101,7 +101,7 @@ def run(
     pictures: Annotated[bool, typer.Option("--pictures", help="Draw map and errors of every run.")] = False,
     plan: Annotated[bool, typer.Option("--plan", help="Only show the planned runs, and the time they need.")] = False,
 ) -> None:
-    """Run what has no result yet. A repeated command continues an interrupted sweep, and repeats failed runs.
+    """Run all cases without a result. The same command again continues an interrupted sweep and retries failed runs.
 
     The results are results.parquet in DIR, one row per run, and run folders in DIR/runs. See docs/sweeps.md.
 
@@ -159,7 +159,7 @@ def report(
     for run in [*made.worst[:3], *made.failed[:3]]:
         console.print(f"{run.case}: {run.reason} ({run.id})\n  {run.command}")
     for damage in made.damage:
-        console.print(f"warning: {damage}; the same hopslam sweep runs its runs again")
+        console.print(f"warning: {damage}; run the same hopslam sweep again to replace the lost runs")
     console.print(f"report in {made.page}")
 
 

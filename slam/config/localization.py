@@ -19,7 +19,8 @@ class LocalizationConfig(Section):
     seen_through: float = Field(0.5, ge=0)
     """Penalty for a piece of wall that the beams went through, relative to a piece that agrees."""
     step: float = Field(0.05, gt=0)
-    """Motion between two pieces of evidence, metres and radians added; scans from the same place add no evidence."""
+    """Motion between two pieces of evidence, the sum of metres and radians; scans from the same place add no
+    evidence."""
     sure_after: int = Field(5, ge=1)
     """Least number of pieces of evidence before the robot is sure."""
     sure_by: float = Field(0.6, gt=0)

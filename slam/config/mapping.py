@@ -27,7 +27,7 @@ class SurfelMapConfig(Section):
     cell: float = Field(0.2, gt=0)
     """Side of a cell of the grid, metres; a wall has one surfel in each cell that it crosses."""
     gate: float = Field(0.10, gt=0)
-    """A piece of wall joins the surfel of its cell that faces its way and is nearer than this, metres."""
+    """A piece of wall joins the surfel of its cell that faces the same side and is nearer than this, metres."""
     max_hits: int = Field(30, ge=1)
     """Number of scans after which a surfel is fixed: what was seen first stays where it is."""
     pose_sigma: float = Field(0.005, gt=0)

@@ -13,7 +13,7 @@ from slam.system import reader_has_ended
 class RobustFile(io.RawIOBase):
     """A file whose writes never fail: after the first error, data is dropped.
 
-    The descriptor stays open. ``open`` chooses how to write to it: the console of Windows is no file.
+    The descriptor stays open. It is written to by Python's ``open``, which also supports the console of Windows.
     """
 
     def __init__(self, descriptor: int) -> None:

@@ -38,9 +38,9 @@ class Terminal(Console):
         )  # fmt: skip
 
     def progress(self, *fields: str, transient: bool = False, still: bool = False) -> Progress:
-        """Make a progress bar between a description and the time.
+        """Make a progress bar with a description on its left, and ``fields`` and the time on its right.
 
-        ``fields`` are formats of rich's ``task`` between them. It is drawn on standard error if standard output is not
+        ``fields`` are format strings for rich's ``task``. The bar is drawn on standard error if standard output is not
         a terminal, and not at all if neither is. A ``still`` bar is drawn only when it advances: no extra thread
         disturbs timing or forks.
         """

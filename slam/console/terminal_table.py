@@ -79,7 +79,7 @@ class _Size(NamedTuple):
 
 
 def _blocks(sizes: Sequence[_Size], available: int) -> Iterator[dict[int, int]]:
-    """Return widths by the index of the column; every block begins with the first column."""
+    """Yield widths by the index of the column; every block begins with the first column."""
     names, others = sizes[0], list(enumerate(sizes))[1:]
     least = min(names.least, max(names.word, available - _GAP - max((size.least for _, size in others), default=0)))
     while True:

@@ -74,7 +74,9 @@ class Episode:
         route = self._route_progress
         route.advance(T_map_base)
         T_map_laser = T_map_base @ self._T_base_laser
-        self.state = StepState(observation, T_map_base, T_map_laser, route.goal, route.arrived, route.left, estimate)
+        self.state = StepState(
+            observation, T_map_base, T_map_laser, route.goal, route.arrived, route.remaining, estimate
+        )
 
     def views(self) -> dict[str, NDArray[Any]]:
         """Make the agent's views of this state, in new arrays."""

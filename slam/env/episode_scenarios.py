@@ -128,7 +128,7 @@ class EpisodeScenarios:
         return scenario
 
     def draw_pool(self, count: int | None) -> list[Scenario]:
-        """Draw ``count`` scenarios, by default 64, of the seeds from the file's own on; one if nothing is random."""
+        """Draw ``count`` scenarios, by default 64, the first with the file's own seed; one if nothing is random."""
         if self._template is None or not self._template.random:
             return [self.first]
         return [self.draw(self.first.seed + k, ResetOptions()) for k in range(count or 64)]

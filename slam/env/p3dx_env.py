@@ -30,10 +30,11 @@ ObservationDict = dict[str, NDArray[Any]]
 class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     """A Pioneer P3-DX with a planar lidar in the world of a scenario, simulated or real.
 
-    ## Description A differential-drive robot drives through a PyBullet world, with a noisy lidar and odometry from
-    wheels with errors. One step is one turn of the lidar, 0.1 s: the action is held for that time, and at the end the
-    scan is observed. Meanwhile physics advances at ``physics.rate``, 240 steps a second, and the base follows its ramps
-    at ``robot.control_rate``, 60 times a second. A scenario in which one does not divide the other is refused.
+    ## Description
+    A differential-drive robot drives through a PyBullet world. Its lidar is noisy, and its odometry has the errors of
+    its wheels. A step is one revolution of the lidar, 0.1 s: the action is held for that time, and then the scan is
+    observed. Physics runs at ``physics.rate``, 240 steps a second, which must be a multiple of
+    ``robot.control_rate``, the 60 control steps a second in which the base follows its ramps.
 
     With `backend="hardware"` the same class drives the real robot, or emulated devices, at the ports that the
     scenario's section ``hardware`` names; see Real Robots.
@@ -47,39 +48,39 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `"wheels"` | left rim, m/s | right rim, m/s |
 
     v = (left + right) / 2 and omega = (right - left) / b, with the track b = ``robot.odometry.track``. Nothing is
-    scaled; a number beyond 1 is obeyed up to the scenario's limits, and `info["applied"]` is what the base was told in
-    the end. Another shape, and numbers that are not finite, are an `InputError`.
+    scaled. A number beyond 1 is obeyed up to the scenario's limits, and `info["applied"]` is the command after all
+    limits. An action of another shape, or with a number that is not finite, is an `InputError`.
 
     ## Observation Space
-    A ``Dict`` of the keys in `observe`, fresh arrays at every step:
+    A ``Dict`` of the keys in `observe`; the arrays are new at every step:
 
     | Key | Shape | Type | Content |
     |---|---|---|---|
     | `scan` | (beams,) | float32 | ranges in the fan of `lidar.model`, m; `range_max`: no echo; 0: too close |
-    | `odometry` | (5,) | float32 | x, y (m), theta (rad), v (m/s), omega (rad/s), as the wheels say, from the start |
+    | `odometry` | (5,) | float32 | x, y (m), theta (rad), v (m/s), omega (rad/s), by the wheels, from the start |
     | `slam_pose` | (3,) | float32 | x, y (m), theta (rad), map frame, as the scenario's SLAM estimates it |
     | `map` | (1, n, n) | uint8 | 0 unknown, 127 free, 255 wall: what SLAM has seen around its pose, heading up |
     | `goal` | (2,) | float32 | next way-point of the route from the robot: (m, rad), or (x, y) in m; 0 at the end |
 
-    The pose in `goal`, rewards and ends is the true one; where the robot does not know it, that of SLAM. SLAM runs only
-    where this, `slam_pose`, `map` or the end `lost` need it.
+    `goal`, rewards and ends use the true pose, or SLAM's where the truth is not known. SLAM runs only if one of these
+    needs it, or `slam_pose`, `map` or the end `lost`.
 
     ## Rewards
     | `reward` | Formula |
     |---|---|
-    | `"progress"` | L[t-1] - L[t], m: L is the straight way from the robot's position through all way-points left |
-    | `"coverage"` | a^2 (N[t] - N[t-1]), m^2: N cells of side a = `cell` were spanned by beams, or met by one |
+    | `"progress"` | L[t-1] - L[t], m: L is the length of the path straight through all remaining way-points |
+    | `"coverage"` | a^2 (N[t] - N[t-1]), m^2: N is the number of cells seen so far, of side a = `cell` |
     | `"none"` | 0 |
 
-    Coverage casts the beams from the robot's pose: a cell counts whose middle lies in the polygon from the sensor along
-    the ends of the beams and back, or that an echo lies in, up to 1 m around the world. A beam without an echo counts
-    as far as the sensor reaches, but only among neighbours without one, for lone ones are lost in front of walls too.
-    What the first scan sees is no merit. In every step with a collision `collision_penalty` is taken off.
+    A cell counts as seen if an echo lies in it, or if its middle lies in the polygon that the sensor and the ends of
+    the beams form, up to 1 m around the world. A beam without an echo ends at the sensor's reach if its neighbours have
+    no echo either; a single one is left out, because single echoes are lost at walls too. The cells of the first scan
+    earn nothing. Each step with a collision costs `collision_penalty`.
 
     ## Starting State
-    At rest at the scenario's start pose, after the first scan. `reset(seed=k)` decides all noise, and draws the world
-    too where the scenario leaves something to chance; the same seed gives the same bits. `reset(options={...})` changes
-    this one episode; any other key, and a place inside a solid, are refused:
+    The robot is at rest at the scenario's start pose, after the first scan. The seed in `reset(seed=k)` determines all
+    noise, and the random values of the scenario; the same seed gives the same bits. `reset(options={...})` changes this
+    one episode. Other keys, and a place inside a solid, are refused:
 
     | Option | Value |
     |---|---|
@@ -88,35 +89,33 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `settings` | `"key=value"`, or a list of such strings, on top of the scenario's |
 
     ## Episode End
-    Terminated by the first of `end_on` that comes:
+    An episode is terminated by the first of `end_on`:
 
     - `collision`: the robot touched anything but the floor and furniture that it can push, or a wheel is stalled;
     - `goal`: the last way-point is within the route's `arrival`;
-    - `lost`: SLAM says so itself, or its pose is farther than `lost_beyond` from the true one, where that is known.
+    - `lost`: SLAM reports it, or its pose is farther than `lost_beyond` from the true one, where that is known.
 
-    Truncated with the last scan within `max_seconds` and the scenario's `duration`. When an episode ends, the robot is
-    told to stand.
+    It is truncated at the last scan within `max_seconds` and the scenario's `duration`. At its end the robot stops.
 
     ## Real Robots
-    With `backend="hardware"`, actions, spaces, rewards, ends and `info` are the same; the time is real. Rewards and
-    ends come from SLAM, which starts at the scenario's start pose; `info["pose_from"]` says `"estimate"`, and
-    `info["T_map_base"]`, the truth, is nan. A `collision` is what the bumpers and the stall flag tell.
+    With `backend="hardware"`, actions, spaces, rewards, ends and `info` are the same, and time is real. Rewards and
+    ends use SLAM's pose, which begins at the scenario's start pose; `info["pose_from"]` is `"estimate"`, and
+    `info["T_map_base"]`, the truth, is nan. A `collision` is reported by the bumpers or the stall flag.
 
-    - Before the first motion of every episode it asks on the terminal whether the path is clear. `yes=True` leaves the
-      question out, which a program without a terminal must; with `dry_run=True` the robot never moves.
-    - `reset` opens the devices anew and moves nothing. The first episode takes the place where the robot stands for
-      the scenario's start pose. A later one begins where the last one left the robot, as SLAM says after it has braked,
-      with odometry at 0 and an empty map. After `close()`, it is the scenario's start pose again: do so when the robot
-      was carried there. The option `start` is refused. A random scenario is always that of its own seed; `seed` decides
-      what is random in SLAM only.
-    - It stops when no action comes for ``hardware.command_timeout``, 0.5 s: a policy that is slower drives by fits and
-      starts. One that is slower than the lidar gets the newest scan, and the others are skipped. It stops when scans or
-      odometry stay away; a step then waits, standing, for ``hardware.patience``, and raises `RobotTimeout` after that.
-      Whatever `step` raises, the robot is stopped before; only after a wrong action the episode can go on. `close()`,
-      the end of the program and the loss of the environment stop it too.
+    - Before the first motion of every episode the environment asks on the terminal whether the path is clear. A program
+      without a terminal needs `yes=True`, which skips the question. With `dry_run=True` the robot never moves.
+    - `reset` opens the devices again, and moves nothing. The first episode assumes that the robot stands at the
+      scenario's start pose. A later one begins where the robot came to rest, by SLAM, with odometry at 0 and an empty
+      map. To begin at the start pose again, carry the robot there, and call `close()` and `reset()`. The option `start`
+      is refused. A random scenario is always drawn with its own seed; `seed` is only that of SLAM's random numbers.
+    - The robot stops if no action comes for ``hardware.command_timeout``, 0.5 s. A policy that is slower than the lidar
+      gets the newest scan, and misses the others. The robot also stops if scans or odometry stop coming: the step then
+      waits for ``hardware.patience``, and raises `RobotTimeout`. Before `step` raises any error, the robot is stopped;
+      only after a wrong action can the episode go on. `close()`, the end of the program and the garbage collection of
+      the environment stop it too.
 
-    `backend="module:Class"` drives a robot of one's own. One that has a method `restart(seed)` is set back to its start
-    at every reset; one without is treated as a real robot, except that its pose is the truth where it tells one.
+    `backend="module:Class"` drives your own robot. If it has a method `restart(seed)`, every reset calls it, to put the
+    robot back to its start. Otherwise it is treated as a real robot, but a true pose that it reports is used.
 
     ## Arguments
     | Argument | Default | Meaning |
@@ -134,7 +133,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `collision_penalty` | `0.0` | per step with a collision |
     | `end_on` | `("collision", "goal")` | what terminates; `"lost"` may be added |
     | `max_seconds` | `None` | time after which an episode is truncated, s |
-    | `lost_beyond` | `1.0` | m |
+    | `lost_beyond` | `1.0` | distance from the true pose at which SLAM counts as lost, m |
     | `goal_as` | `"polar"` | or `"xy"`: x ahead, y to the left |
     | `map_cells` | `64` | n, cells along a side of `map` |
     | `cell` | `0.1` | side of a cell of `map` and of the seen area, m |
@@ -143,33 +142,33 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | Key | Type | Content |
     |---|---|---|
     | `T_map_base` | (3,) | the true pose: x, y (m), theta (rad); nan where the robot does not know it |
-    | `pose` | (3,) | the pose that `goal`, rewards and ends go by: x, y (m), theta (rad) |
+    | `pose` | (3,) | the pose that `goal`, rewards and ends use: x, y (m), theta (rad) |
     | `pose_from` | str | where `pose` comes from: `truth` or `estimate` |
     | `collided` | bool | the robot touched something that it cannot push since the last scan |
-    | `stalled` | bool | a wheel cannot turn as it should: the robot is blocked |
+    | `stalled` | bool | the motors have stalled: the robot is blocked |
     | `applied` | (2,) | v (m/s), omega (rad/s): the command within the limits |
     | `stamp` | float | of the scan, s |
     | `seconds` | float | time in this episode |
     | `route_left` | float | L of `progress`, m |
-    | `reward` | dict | the parts whose sum is the reward: under the name of `reward`, and `collision` |
+    | `reward` | dict | the terms of the reward: one with the name of the argument `reward`, and `collision` |
     | `ending` | str | `collision`, `goal`, `lost` or `time`; empty until then |
     | `slam_pose` | (3,) | x, y (m), theta (rad), map frame |
     | `slam_covariance` | (3, 3) | of `slam_pose`, map frame; nan in paper mode, which has none |
-    | `slam_lost` | bool | SLAM says that it is lost |
-    | `slam_odometry_only` | bool | `slam_pose` is odometry since a scan before: this one said nothing, or is not used |
-    | `slam_error` | float | from the true position to the estimated one, m; nan without the truth |
-    | `observation` | `Observation` | what the robot said, whole: scan, odometry, truth, bumpers, sonar, people |
+    | `slam_lost` | bool | SLAM reports that it is lost |
+    | `slam_odometry_only` | bool | `slam_pose` is moved by odometry alone: the scan was not matched, or not used |
+    | `slam_error` | float | distance between the true and the estimated position, m; nan without the truth |
+    | `observation` | `Observation` | all that the robot reported: scan, odometry, truth, bumpers, sonar, people |
 
-    The keys that begin with `slam_` are there where `slam_pose`, `map` or `lost` was asked for. In the simulator times
-    are simulated ones, so the same seed gives the same `info`. How long SLAM took on the wall's clock is
-    ``env.unwrapped.episode.state.estimate.total_time``, seconds.
+    The keys that begin with `slam_` exist if `slam_pose`, `map` or `lost` is used. Times in the simulator are
+    simulated, so the same seed gives the same `info`. ``env.unwrapped.episode.state.estimate.total_time`` is the
+    real time that SLAM took, seconds.
 
     ## Copies
-    An environment that does not run, before the first reset or after close, can be copied and pickled: the copy is a
-    new one with the same arguments. One that runs refuses; `gymnasium.make(env.spec)` makes another.
+    Before the first reset, and after close, an environment can be copied and pickled: the copy is a new one with the
+    same arguments. In between it refuses; `gymnasium.make(env.spec)` makes another.
 
     ## Version History
-    v0: the first. After 0.1.0, `map` and coverage take what lies between two beams for seen too.
+    v0: the first. Since 0.2.0 the area between two beams counts as seen, in `map` and in coverage.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 10}  # noqa: RUF012  # as in Env

@@ -120,7 +120,7 @@ class RobotSession:
             warm_up_occupancy_grid()
         robot.__enter__()
         self._robot, self._scenario = robot, scenario
-        self._loss = weakref.finalize(self, _let_go, robot)
+        self._loss = weakref.finalize(self, _stop_abandoned, robot)
 
 
 def _backend_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
@@ -133,7 +133,7 @@ def _backend_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
     return options.get(backend, {})
 
 
-def _let_go(robot: Robot) -> None:
+def _stop_abandoned(robot: Robot) -> None:
     """Stop a robot whose owner is gone.
 
     The garbage collector may call this from a thread that the robot waits for when it is closed; then another thread

@@ -16,7 +16,7 @@ _FAILING: Final = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EPIPE, errno.EST
 """Errors of a disk, a network or a pipe; all others concern the path that was given."""
 
 _PATIENCE: Final = 2.0
-"""Seconds to wait on Windows, where a file that another program reads, such as a virus scanner, cannot be replaced."""
+"""Seconds to wait on Windows until a file can be replaced: another program, such as a virus scanner, may read it."""
 
 
 class Disk:

@@ -34,7 +34,7 @@ def link_folder(link: Path, folder: Path) -> None:
         draft.replace(link)
 
 
-def lend_file(file: Path, place: Path) -> None:
+def link_file(file: Path, place: Path) -> None:
     """Make a file readable at a second place on the same disk, without a copy."""
     try:
         place.symlink_to(file.resolve())
@@ -42,6 +42,6 @@ def lend_file(file: Path, place: Path) -> None:
         os.link(file.resolve(), place)
 
 
-def is_lent(place: Path) -> bool:
-    """Return True for a file placed here by ``lend_file``."""
+def is_linked_file(place: Path) -> bool:
+    """Return True for a file placed here by ``link_file``."""
     return place.is_symlink() or place.stat().st_nlink > 1

@@ -21,7 +21,7 @@ def read_lines(path: Path) -> Generator[tuple[int, bytes], None, None]:
     """
     try:
         if not path.is_file():
-            raise LogError(f"{path}: {'not a file' if path.exists() else 'no such file'}; give a recorded log")
+            raise LogError(f"{path}: {'not a file' if path.exists() else 'no such file'}; check its path")
         with path.open("rb") as file:
             yield from enumerate(_split(_blocks(file, path)), 1)
     except OSError as error:

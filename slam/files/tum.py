@@ -78,5 +78,5 @@ def read_tum_so_far(path: str | Path) -> tuple[FloatArray, FloatArray, LogError 
 def _parse(words: list[bytes], where: str) -> list[float]:
     values = table_row(words, _COLUMNS, where)
     if abs(np.linalg.norm(values[4:]) - 1.0) > _UNIT:
-        raise LogError(f"{where}: qx qy qz qw are no unit quaternion; need {_COLUMNS}")
+        raise LogError(f"{where}: qx qy qz qw are not a unit quaternion; need {_COLUMNS}")
     return values

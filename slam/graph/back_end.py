@@ -47,7 +47,7 @@ class BackEnd:
 
     def finishes(self, key: KeyScan) -> bool:
         """True for the first key scan that is matched to the next submap."""
-        return not self.graph.begins_with(key) and key.submaps[0] != self.graph.keys[-1].submaps[0]
+        return not self.graph.is_first_of_run(key) and key.submaps[0] != self.graph.keys[-1].submaps[0]
 
     @property
     def size(self) -> GraphSize:
@@ -115,7 +115,7 @@ class BackEnd:
         where = loop_keys(graph.loops, {s.number: s.keys for s in graph.submaps.values()}, graph.number_of, poses)
         return Closure(
             submap, T_map_local, last.T_local_submap, self.condensed.covariance_of(last), self._map(),
-            graph.taken, loops, poses, np.array([key.index for key in graph.keys], np.int64), where,
+            graph.added_count, loops, poses, np.array([key.index for key in graph.keys], np.int64), where,
         )  # fmt: skip
 
     def _map(self) -> SurfelMap:

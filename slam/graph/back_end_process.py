@@ -1,8 +1,8 @@
 """The back end in a separate process, so that its search does not delay the loop of the robot.
 
 Key scans go in by its standard input, closures come out by its standard output, both in order. Two threads move them,
-so that neither side waits for the other. The process ends with its input, however this process ends. Signals that end a
-program are left to the loop, which then asks for the last result.
+so that neither side waits for the other. The back end ends at the end of its input, which comes even if its parent is
+killed. It ignores signals that end a program: the loop handles them, and then asks for the last result.
 """
 
 import os
@@ -58,7 +58,7 @@ class BackEndProcess:
         receiver = Thread(target=_receive, args=(process, self._in), name="from the back end", daemon=True)
         self.size = GraphSize()
         """Size of the graph at the last result."""
-        self._let_go = weakref.finalize(self, _end, self._out, process, (sender, receiver))
+        self._finalizer = weakref.finalize(self, _end, self._out, process, (sender, receiver))
         sender.start()
         receiver.start()
         self._out.put((matching, config, known))
@@ -89,14 +89,14 @@ class BackEndProcess:
         while not isinstance(result := self._received(wait=True), ClosedRun):
             pass
         self._in.get()  # the process ends by itself after its last result
-        self._let_go()
+        self._finalizer()
         return result
 
     def _received(self, wait: bool) -> Any:
         result = self._in.get(block=wait)
         if isinstance(result, _Ended):
             self._in.put(result)  # the next call raises it again
-            self._let_go()
+            self._finalizer()
             raise BackEndLost(f"the process that closes loops {result.how}")
         return result
 
@@ -110,11 +110,11 @@ class _Ended:
 
     @property
     def how(self) -> str:
-        """Describe the exit, as in ``was killed by SIGKILL, as where memory runs out``."""
+        """Describe the exit, as in ``was killed by SIGKILL; is the memory full?``."""
         if self.code >= 0:
             return f"ended with exit code {self.code}"
         name = signal.Signals(-self.code).name
-        return f"was killed by {name}" + (", as where memory runs out" if name == "SIGKILL" else "")
+        return f"was killed by {name}" + ("; is the memory full?" if name == "SIGKILL" else "")
 
 
 def _send(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]") -> None:

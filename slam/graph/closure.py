@@ -30,7 +30,7 @@ class Closure:
     covariance: FloatArray
     """Covariance (3, 3) of the last submap's pose (x, y, theta) in the map frame."""
     map: SurfelMap
-    """All key scans so far."""
+    """Map made of all key scans so far."""
     keys: int
     """Number of key scans, including pruned ones."""
     loops: tuple[Loop, ...]

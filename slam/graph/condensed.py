@@ -12,14 +12,14 @@ from slam.graph.pose_graph import BREAK, NO_LOOP, Edge, Edges, solve_graph
 from slam.graph.single_poses import between, composed
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
-from slam.graph.surest_paths import Hops
+from slam.graph.surest_paths import SubmapSteps
 from slam.pose import FloatArray, wrap_angle
 
-HOP_SIGMAS: Final = np.array([0.08, 0.08, 0.04])
+STEP_SIGMAS: Final = np.array([0.08, 0.08, 0.04])
 """Standard deviations from one submap to the next, for the search of candidates: metres and radians. The graph uses
 half of them."""
 BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
-"""The same over a break of the front end, in addition."""
+"""Standard deviations that a break of the front end between two submaps adds, metres and radians."""
 BREAK_WEIGHT: Final = 0.05
 """Weight of an edge over a break, in the graph."""
 LOOP_SIGMAS: Final = np.array([0.1, 0.1, 0.01])
@@ -65,27 +65,27 @@ class CondensedGraph:
         """Return the covariance (3, 3) of the pose of a submap, map frame, at the last solution."""
         return self._covariances.get(submap.number, next(reversed(self._covariances.values())))
 
-    def hops(self) -> Hops:
+    def steps(self) -> SubmapSteps:
         """Return the steps between submaps over which candidates are searched."""
         submaps = self._submaps
         at = {submap.number: k for k, submap in enumerate(submaps)}
         steps = [(k - 1, k) for k in range(1, len(submaps)) if _follows(submaps[k - 1], submaps[k])]
-        covariance = [np.diag(HOP_SIGMAS**2 + BREAK_SIGMAS**2 * submaps[k].broken) for _, k in steps]
+        covariance = [np.diag(STEP_SIGMAS**2 + BREAK_SIGMAS**2 * submaps[k].broken) for _, k in steps]
         for pair in self._graph.ties:
             steps.append((at[pair[0]], at[pair[1]]))
-            covariance.append(np.diag(HOP_SIGMAS**2 + LOOP_SIGMAS**2))
+            covariance.append(np.diag(STEP_SIGMAS**2 + LOOP_SIGMAS**2))
         for loop, weight in zip(self._graph.loops, self.weights, strict=False):
             if weight > BELIEVED:
                 steps.append((at[loop.other], at[loop.submap]))
                 covariance.append(np.diag(LOOP_SIGMAS**2))
         first, second = np.array(steps, np.int64).reshape(-1, 2).T
-        return Hops(first, second, np.array(covariance).reshape(-1, 3, 3))
+        return SubmapSteps(first, second, np.array(covariance).reshape(-1, 3, 3))
 
     def chain(self) -> list[Edge]:
         """Return the edges between the submaps except loops, by their numbers: each to the next, and the ties."""
         submaps = self._submaps
-        hops = [_hop_edge(*pair) for pair in pairwise(submaps) if _follows(*pair)]
-        return [*hops, *self._graph.ties.values()]
+        steps = [_step_edge(*pair) for pair in pairwise(submaps) if _follows(*pair)]
+        return [*steps, *self._graph.ties.values()]
 
     def edges_of(self, number: int) -> list[Edge]:
         """Return the edges of a submap, by the numbers of the two submaps; edges of loops with their weights."""
@@ -126,8 +126,8 @@ def _follows(submap: Submap, following: Submap) -> bool:
     return following.number == submap.number + 1
 
 
-def _hop_edge(submap: Submap, following: Submap) -> Edge:
-    information = np.diag(4.0 / HOP_SIGMAS**2) * (BREAK_WEIGHT if following.broken else 1.0)
+def _step_edge(submap: Submap, following: Submap) -> Edge:
+    information = np.diag(4.0 / STEP_SIGMAS**2) * (BREAK_WEIGHT if following.broken else 1.0)
     measured = between(submap.T_local_submap, following.T_local_submap)
     return Edge(submap.number, following.number, measured, information, BREAK if following.broken else NO_LOOP)
 

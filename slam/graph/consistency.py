@@ -12,7 +12,7 @@ import numpy as np
 
 from slam.graph.loop import Loop
 from slam.graph.submap_graph import SubmapGraph
-from slam.graph.surest_paths import Hops, surest_covariances
+from slam.graph.surest_paths import SubmapSteps, surest_covariances
 from slam.pose import FloatArray, compose_poses, inverse_poses, wrap_angle
 
 LOOP_SIGMAS: Final = np.array([0.15, 0.15, 0.03])
@@ -20,11 +20,11 @@ LOOP_SIGMAS: Final = np.array([0.15, 0.15, 0.03])
 AGREED: Final = 11.3
 """chi^2 of three degrees of freedom below which two loops agree; 0.99 of correct pairs do."""
 FARTHEST: Final = 0.7
-"""Standard deviation, metres, of the path between two loops above which they cannot be compared."""
+"""Two loops cannot be compared if the path between them has a larger standard deviation than this, metres."""
 MIN_OWN: Final = 3
 """Number of key scans, not in the other loop, that make a loop independent."""
 MAX_WAITING: Final = 30
-"""Most loops that may wait for a confirmation by another one."""
+"""Largest number of loops that wait for confirmation by another one."""
 GRAPH_SHARE: Final = 0.25
 """Factor from the variances of the candidate search to those of the graph."""
 
@@ -32,14 +32,14 @@ GRAPH_SHARE: Final = 0.25
 class Consistency:
     """Compares one loop with others, in the present graph."""
 
-    def __init__(self, graph: SubmapGraph, hops: Hops, loop: Loop) -> None:
+    def __init__(self, graph: SubmapGraph, steps: SubmapSteps, loop: Loop) -> None:
         self._graph, self._loop = graph, loop
         numbers = list(graph.submaps)
         self._at = {number: k for k, number in enumerate(numbers)}
         poses = np.array([graph.poses[graph.submaps[number].node] for number in numbers])
-        hops = hops._replace(covariance=GRAPH_SHARE * hops.covariance)
-        self._from_submap = surest_covariances(self._at[loop.submap], poses, hops)
-        self._from_other = surest_covariances(self._at[loop.other], poses, hops)
+        steps = steps._replace(covariance=GRAPH_SHARE * steps.covariance)
+        self._from_submap = surest_covariances(self._at[loop.submap], poses, steps)
+        self._from_other = surest_covariances(self._at[loop.other], poses, steps)
 
     def chi_squared(self, other: Loop) -> float:
         """Return chi^2, of 3 degrees of freedom, of the difference between the poses that two loops give to a submap.
@@ -83,12 +83,12 @@ class WaitingLoops:
     def __init__(self, graph: SubmapGraph) -> None:
         self._graph, self._waiting = graph, list[Loop]()
 
-    def borne_out(self, loop: Loop, hops: Hops, believed: Iterable[Loop]) -> list[Loop]:
+    def confirmed(self, loop: Loop, steps: SubmapSteps, believed: Iterable[Loop]) -> list[Loop]:
         """Return the loop and the waiting ones that it agrees with.
 
-        None if it agrees with no other, and then it waits too.
+        A loop that agrees with no other waits too, and the list is empty.
         """
-        consistency = Consistency(self._graph, hops, loop)
+        consistency = Consistency(self._graph, steps, loop)
         partners = [other for other in self._waiting if self._agree(consistency, loop, other)]
         if not partners and not any(self._agree(consistency, loop, other) for other in believed):
             self._waiting = [*self._waiting, loop][-MAX_WAITING:]

@@ -40,7 +40,7 @@ class Constellation(NamedTuple):
 
     @classmethod
     def of(cls, ends: FloatArray) -> Self:
-        """Make it from walls (M, 2, 2), [wall, start or end, x or y], metres, around a robot pose in their middle."""
+        """Describe walls (M, 2, 2), [wall, start or end, x or y], metres, around a robot pose in their middle."""
         lines = ends[:, 1] - ends[:, 0]
         lengths = np.hypot(lines[:, 0], lines[:, 1])
         kept = lengths >= SHORTEST
@@ -50,7 +50,7 @@ class Constellation(NamedTuple):
 
     @classmethod
     def of_surfels(cls, surfels: FloatArray, middle: FloatArray, cell: float) -> Self:
-        """Make it from all walls of surfels (S, 8), in the frame of a robot pose (3,) in their middle.
+        """Describe all walls of surfels (S, 8), in the frame of a robot pose (3,) in their middle.
 
         Walls seen only once, from afar, are not in the map yet; they help to recognise the place all the same.
         """

@@ -13,7 +13,7 @@ def lever(first: FloatArray, second: FloatArray) -> FloatArray:
     return np.array([[1.0, 0.0, -offset[1]], [0.0, 1.0, offset[0]], [0.0, 0.0, 1.0]])
 
 
-def turned_round(edge: Edge) -> Edge:
+def inverted(edge: Edge) -> Edge:
     """Return the same information with the first node relative to the second."""
     c, s = np.cos(edge.measured[2]), np.sin(edge.measured[2])
     inverse = inverse_poses(edge.measured)
@@ -41,7 +41,7 @@ def fused(edge: Edge, again: Edge) -> Edge:
     return edge._replace(measured=measured, information=information)
 
 
-def worn(edge: Edge, sigmas: FloatArray) -> Edge:
+def inflated(edge: Edge, sigmas: FloatArray) -> Edge:
     """Return the edge with these standard deviations (3,) added to its uncertainty."""
     return edge._replace(information=_information(_covariance(edge) + np.diag(sigmas**2)))
 

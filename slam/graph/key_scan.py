@@ -21,7 +21,7 @@ class KeyScan:
     submaps: tuple[int, ...]
     """Numbers of the submaps that it was added to; the first is the one that it was matched to."""
     facets: FloatArray
-    """(F, 7), sensor frame."""
+    """(F, 7): short pieces of wall, sensor frame; the columns are those of ``slam.lines.facets``."""
     ranges: NDArray[np.float32]
     """(N,): ranges, metres, deskewed."""
     lidar: Lidar
@@ -30,9 +30,9 @@ class KeyScan:
     information: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     """(3, 3): information of the match to the submap, in the axes of ``local``; 0 in directions that it does not
     constrain, and for a scan that was placed by odometry alone."""
-    share: float = 1.0
+    agreeing_share: float = 1.0
     """Share of its facets that agreed with the submap."""
-    wheels: FloatArray = field(default_factory=lambda: np.zeros(3))
+    wheel_motion: FloatArray = field(default_factory=lambda: np.zeros(3))
     """(3,): motion since the previous key scan by the wheels alone, in the frame of that one."""
     index: int = 0
     """Index of the scan in the run."""
@@ -41,7 +41,7 @@ class KeyScan:
 
     @property
     def scan(self) -> LaserScan:
-        """Return the scan, as far as the map needs it."""
+        """The key scan as a LaserScan, with the fields that the map uses."""
         fan = None
         if self.bearings is not None:
             bearings = self.bearings.astype(np.float64)
@@ -55,7 +55,7 @@ class KeyScan:
     @property
     def trust(self) -> float:
         """Weight of its match to the submap, 0 to 1."""
-        trust = (self.share - SILENT_SHARE) / (AGREEING_SHARE - SILENT_SHARE)
+        trust = (self.agreeing_share - SILENT_SHARE) / (AGREEING_SHARE - SILENT_SHARE)
         return 0.0 if self.broken else min(max(trust, 0.0), 1.0) ** 2
 
     @property
@@ -65,7 +65,7 @@ class KeyScan:
         return self.facets.nbytes + self.ranges.nbytes + bearings + 3 * self.information.nbytes
 
 
-def made_of(scan: LaserScan) -> tuple[NDArray[np.float32], Lidar, NDArray[np.float32] | None]:
+def key_scan_fields(scan: LaserScan) -> tuple[NDArray[np.float32], Lidar, NDArray[np.float32] | None]:
     """Return ranges, lidar and bearings of a scan in the form of a key scan."""
     bearings = None if scan.beam_fan is None else scan.bearings.astype(np.float32)
     return scan.ranges.astype(np.float32), scan.lidar, bearings

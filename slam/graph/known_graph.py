@@ -46,12 +46,12 @@ class KnownGraph:
 
     @property
     def loops(self) -> list[Loop]:
-        """Its loops, with their edges."""
+        """Loops of the graph, with their edges."""
         return list(self.graph.loops)
 
     @property
     def submaps(self) -> dict[int, Submap]:
-        """Its submaps by their numbers, finished."""
+        """Submaps of the graph by their numbers, finished."""
         submaps = {one.number: replace(one, keys=list(one.keys)) for one in self.graph.submaps}
         for submap in submaps.values():
             submap.finish(self.keys)
@@ -59,13 +59,13 @@ class KnownGraph:
 
     @property
     def edges(self) -> list[Edge]:
-        """Return all edges to key scans, those of loops last."""
+        """All edges to key scans, those of loops last."""
         own = [edge for edge in self._own if not self._is_tie(edge)]
         return [*own, *(edge for loop in self.loops for edge in loop.edges)]
 
     @property
     def ties(self) -> dict[tuple[int, int], Edge]:
-        """Return the edges between two submaps, by their numbers."""
+        """Edges between two submaps, by their numbers."""
         number = {submap.node: submap.number for submap in self.graph.submaps}
         ties = [edge for edge in self._own if self._is_tie(edge)]
         ties = [edge._replace(first=number[edge.first], second=number[edge.second]) for edge in ties]
@@ -84,7 +84,7 @@ class KnownGraph:
 
     @property
     def nodes(self) -> list[FloatArray]:
-        """Return the poses of all nodes."""
+        """Poses of all nodes."""
         return list(np.array(self.graph.nodes))
 
 

@@ -15,22 +15,22 @@ from slam.graph.wall_candidates import WallCandidate
 from slam.pose import FloatArray, compose_poses, wrap_angle
 
 NEAR: Final = 3.0
-"""Largest distance between two paths of candidates, metres."""
+"""Largest distance between the paths of two submaps, metres, if their relative pose is certain."""
 SIGMAS: Final = 3.0
-"""Number of standard deviations of their relative pose that is added to it."""
+"""Standard deviations of the relative pose by which that distance is enlarged."""
 GAP_COST: Final = 0.3
-"""Standard deviation, metres, that counts as much as one metre between the paths in the order of candidates."""
+"""Candidates are sorted by their standard deviation, metres, plus this for each metre between the paths."""
 NEIGHBOURS: Final = 2
-"""Number of submaps before a new one that share its walls without a loop."""
-THINKABLE: Final = 50.0
-"""Largest chi^2 of a pose from walls alone against the graph."""
+"""Submaps whose numbers differ by at most this are neighbours: they see the same walls, and need no loop."""
+MAX_POSE_CHI2: Final = 50.0
+"""Largest chi^2 by which a pose found from walls alone may differ from the graph."""
 BREAK_REACH, BREAK_CANDIDATES = 5.0, 3
 """After a break of the front end: largest distance of a submap's path, metres, and number of submaps that are tried
 with any heading."""
 
 
 class LoopCandidates:
-    """Finished submaps, and those among them in which another one may be found."""
+    """Finished submaps; selects those in which a new one may be found again."""
 
     def __init__(self, graph: SubmapGraph, condensed: CondensedGraph) -> None:
         self._graph, self._condensed = graph, condensed
@@ -81,7 +81,7 @@ class LoopCandidates:
         """Return the covariance (3, 3) of every submap relative to one, map axes, by their numbers."""
         submaps = list(self._graph.submaps.values())
         poses = np.array([self._graph.poses[other.node] for other in submaps])
-        covariances = surest_covariances(submaps.index(submap), poses, self._condensed.hops())
+        covariances = surest_covariances(submaps.index(submap), poses, self._condensed.steps())
         return {other.number: covariance for other, covariance in zip(submaps, covariances, strict=True)}
 
     def is_out_of_reach(self, submap: Submap, other: Submap, covariance: FloatArray) -> bool:
@@ -89,7 +89,7 @@ class LoopCandidates:
         sigma = float(np.sqrt(max(covariance[0, 0], covariance[1, 1])))
         return SIGMAS * sigma > MAX_WINDOW or self._is_break_between(other, submap)
 
-    def is_thinkable(self, candidate: WallCandidate, submap: Submap, covariance: FloatArray) -> bool:
+    def is_plausible(self, candidate: WallCandidate, submap: Submap, covariance: FloatArray) -> bool:
         """Return True if the graph does not contradict a pose: a building may look alike from both ends.
 
         The covariance (3, 3) is that of the other relative to the submap. Over a break the graph has no information.
@@ -100,7 +100,7 @@ class LoopCandidates:
         seen = between(candidate.T_other_submap, other.T_local_submap)
         error = composed(self._graph.correction(submap), seen) - self._graph.poses[other.node]
         error[2] = wrap_angle(float(error[2]))
-        return float(error @ np.linalg.solve(covariance, error)) < THINKABLE
+        return float(error @ np.linalg.solve(covariance, error)) < MAX_POSE_CHI2
 
     def _are_neighbours(self, other: Submap, submap: Submap) -> bool:
         """Return True if two submaps share key scans, or follow each other without a break."""

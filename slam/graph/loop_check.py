@@ -18,7 +18,8 @@ MIN_FACETS: Final = 5
 PRIOR_INFORMATION: Final = np.diag(1.0 / np.array([0.1, 0.1, 0.03]) ** 2)
 """Information of the pose of a key scan, given that of its submap: metres and radians."""
 AGREEING: Final = 0.5, 0.7
-"""Least share of agreeing facets: this, or this share of the agreement with its own submap, whichever is less."""
+"""Least share of agreeing facets: the first number, or the second times the agreement with its own submap, whichever is
+less."""
 NEAR: Final = 3.0
 """Distance to the path of the other submap within which a key scan is tested, metres."""
 MIN_AGREEING, MIN_AGREEING_SHARE = 2, 0.5
@@ -121,7 +122,9 @@ class LoopCheck:
         scale = np.array([1.0, 1.0, settings.lever])
         constrained = fit.projector * np.outer(1.0 / scale, scale)
         information = constrained.T @ fit.information @ constrained
-        return KeyMatch(at, fit.pose, information, agreement, agreement > min(AGREEING[0], AGREEING[1] * key.share))
+        return KeyMatch(
+            at, fit.pose, information, agreement, agreement > min(AGREEING[0], AGREEING[1] * key.agreeing_share)
+        )
 
 
 def distances_to(path: FloatArray, other: FloatArray) -> FloatArray:

@@ -39,10 +39,11 @@ class Timing:
 
     real_time: bool = False
     known: Mapping[int, int] | None = None
-    """By scan index, the submap whose closure is applied, as in the repeated run."""
+    """Number of the submap whose closure is applied, by scan index, as in the original run."""
 
 
 STEPPED: Final = Timing()
+"""Rule of a stepped run."""
 
 
 class LoopClosing:
@@ -56,7 +57,7 @@ class LoopClosing:
         self._process: BackEndProcess | None = None
         self._early: list[KeyScan] = []  # not yet sent to the process
         self._since: deque[KeyScan] = deque()  # possibly not in the next closure
-        self._known = 0 if known is None else len(known.keys)  # all key scans before them
+        self._known = 0 if known is None else len(known.keys)  # number of key scans before those
         self._jobs: deque[tuple[int, int]] = deque()  # submaps being searched, and the scan at which the result is due
         self._submap = mapper.number  # to which the last key scan was matched
         self.waited = 0.0
@@ -65,8 +66,8 @@ class LoopClosing:
         """Description of how the back end ended too early; from then on no loop is closed. Empty while it runs."""
 
     @classmethod
-    def beside(cls, mapper: object, timing: Timing = STEPPED, known: KnownGraph | None = None) -> Self | None:
-        """Make it for this mapper, with loops within the run and with an earlier graph whose map it has.
+    def for_mapper(cls, mapper: object, timing: Timing = STEPPED, known: KnownGraph | None = None) -> Self | None:
+        """Make the loop closing of a mapper: loops within the run, and with the graph of the map that it continues.
 
         None for a mapper that makes no submaps.
         """
@@ -172,7 +173,7 @@ class LoopClosing:
 
     def _take_over(self, closure: Closure) -> None:
         self.T_map_local = Pose2D.from_array(closure.T_map_local)
-        self._mapper.know(closure.T_local_submap, closure.covariance, self.T_map_local)
+        self._mapper.set_covariance(closure.T_local_submap, closure.covariance, self.T_map_local)
         self._closed = ClosedMap(closure.map)
         self._tracking.restart()
         while self._known < closure.keys:

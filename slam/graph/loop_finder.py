@@ -24,7 +24,8 @@ STANDING_ALONE: Final = 1.2
 """Number of fully agreeing key scans with which a loop over a break needs no confirmation by another loop."""
 WALL_SIGMAS: Final = np.array([0.3, 0.3, 0.05])
 """Standard deviations of a pose from walls alone: metres and radians."""
-BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
+HEADING_UNKNOWN_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
+"""Standard deviations with which a place is searched after a break, with any heading: metres and radians."""
 
 
 class LoopFinder:
@@ -72,7 +73,7 @@ class LoopFinder:
         """Search a submap with any heading near a break of the front end."""
         for other in self._candidates.beside_break(view.submap):
             self.tried += 1
-            loop = self._search.find(view, other, np.diag(BREAK_SIGMAS**2), "break")
+            loop = self._search.find(view, other, np.diag(HEADING_UNKNOWN_SIGMAS**2), "break")
             if loop is not None:
                 return self._add(loop, not _stands_alone(loop))
         return 0
@@ -82,7 +83,7 @@ class LoopFinder:
         submap, added = view.submap, 0
         covariance, covariances = np.diag(WALL_SIGMAS**2), self._candidates.covariances_from(view.submap)
         for candidate in self._walls.of(submap, self._candidates.apart(submap)):
-            if not self._candidates.is_thinkable(candidate, submap, covariances[candidate.other.number]):
+            if not self._candidates.is_plausible(candidate, submap, covariances[candidate.other.number]):
                 continue
             self.tried += 1
             loop = self._search.find_near(view, candidate.other, candidate.T_other_submap, covariance, "walls")
@@ -92,7 +93,7 @@ class LoopFinder:
 
     def _add(self, loop: Loop, doubtful: bool) -> int:
         """Add a loop, a doubtful one only if another confirms it; return the number of added loops."""
-        loops = self._waiting.borne_out(loop, self._condensed.hops(), self._believed()) if doubtful else [loop]
+        loops = self._waiting.confirmed(loop, self._condensed.steps(), self._believed()) if doubtful else [loop]
         for one in loops:
             self._graph.add_loop(renumbered(one, len(self._graph.loops)))
         return len(loops)

@@ -50,8 +50,8 @@ class LoopSearch:
     def __init__(self, graph: SubmapGraph, matching: LeastSquaresConfig, config: SurfelMapConfig) -> None:
         self._graph, self._config = graph, config
         self._maps = SubmapMaps(config, graph.keys)
-        shared = {name: getattr(matching, name) for name in SolverSettings._fields if name != "standing_way"}
-        self._settings = SolverSettings(**shared, standing_way=0.0)
+        shared = {name: getattr(matching, name) for name in SolverSettings._fields if name != "standing_length"}
+        self._settings = SolverSettings(**shared, standing_length=0.0)
         self._check = LoopCheck(self._settings, config)
 
     def view(self, submap: Submap) -> SubmapView:

@@ -26,8 +26,8 @@ little: the walls of the submap and the main directions of the building hold it.
 BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
 """Standard deviations of that drift after a break, metres and radians."""
 AGREEING: Final = 0.5, 0.8
-"""Least share of agreeing facets: the first, or the second times the agreement with its own submap, whichever is less;
-after a break the first."""
+"""Least share of agreeing facets: the first number, or the second times the agreement with its own submap, whichever is
+less; after a break always the first number."""
 MAX_WAITING: Final = 20
 """Largest number of key scans after a break that were not found in the map: then the robot is in an unmapped area."""
 
@@ -36,8 +36,8 @@ class MapTracking:
     """Tracks the frame ``local`` in the map from key scan to key scan, and finds it again after a break."""
 
     def __init__(self, config: LeastSquaresConfig, map_config: SurfelMapConfig) -> None:
-        shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_way"}
-        self._settings = SolverSettings(**shared, standing_way=0.0)
+        shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_length"}
+        self._settings = SolverSettings(**shared, standing_length=0.0)
         self._information = np.diag(SIGMAS**-2.0)
         self._search = PoseSearch(config.search, map_config.carve_reach, WallHeading(Directions(), enabled=False))
         self._no_echo_reach = map_config.no_echo_reach
@@ -61,7 +61,7 @@ class MapTracking:
         """Return the pose of ``local``: a small correction, or the prior if map and scan disagree."""
         prior = composed(T_map_local, key.T_local_laser)
         fit = solve(key.facets, prior, prior, self._information, grid, self._settings)
-        if fit.inliers < min(AGREEING[0], AGREEING[1] * key.share) * len(key.facets):
+        if fit.inliers < min(AGREEING[0], AGREEING[1] * key.agreeing_share) * len(key.facets):
             return T_map_local
         return undone(fit.pose, key.T_local_laser)
 

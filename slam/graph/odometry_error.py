@@ -18,9 +18,9 @@ GUESS: Final = 0.2, 0.1, 0.1
 """Assumed standard deviations along, across, and of the heading, per metre, until enough motions are known."""
 MIN_SIGMAS: Final = 0.01, 0.01, 0.005
 """Lower bounds of these standard deviations."""
-TURN_WAY: Final = 0.5
+METRES_PER_RADIAN: Final = 0.5
 """Metres that a turn of one radian counts as."""
-MIN_WAY: Final = 0.05
+MIN_LENGTH: Final = 0.05
 """Shortest motion to learn from, metres."""
 FLOOR: Final = np.array([0.003, 0.003, 0.002])
 """Least standard deviations of any motion, metres and radians."""
@@ -42,9 +42,9 @@ class OdometryError(NamedTuple):
 
         The mask (K,) is True for key scans that follow the previous one in the list.
         """
-        wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
-        errors, lengths = motion_errors(keys, follows), way_of(wheels)
-        known = np.array([is_sure(key) for key in keys], np.bool_) & (lengths > MIN_WAY) & follows
+        wheels = np.array([key.wheel_motion for key in keys]).reshape(-1, 3)
+        errors, lengths = motion_errors(keys, follows), lengths_of(wheels)
+        known = np.array([is_sure(key) for key in keys], np.bool_) & (lengths > MIN_LENGTH) & follows
         if known.sum() < MIN_STEPS:
             return cls(np.array(GUESS))
         return cls(np.maximum(TO_SIGMA * np.median(np.abs(errors[known]) / lengths[known, None], axis=0), MIN_SIGMAS))
@@ -54,7 +54,7 @@ class OdometryError(NamedTuple):
 
         A known contradiction by the scan, ``error`` (3,), increases it accordingly.
         """
-        sigmas = self.sigmas * way_of(wheels)
+        sigmas = self.sigmas * lengths_of(wheels)
         along, across, turn = sigmas**2 + error**2 + FLOOR**2
         heading = np.arctan2(wheels[1], wheels[0]) if np.hypot(wheels[0], wheels[1]) > 1e-6 else 0.0
         c, s = np.cos(heading), np.sin(heading)
@@ -68,9 +68,9 @@ class OdometryError(NamedTuple):
         )
 
 
-def way_of(motions: FloatArray) -> FloatArray:
+def lengths_of(motions: FloatArray) -> FloatArray:
     """Return the lengths of motions (..., 3), metres, including turns."""
-    return np.asarray(np.hypot(motions[..., 0], motions[..., 1]) + TURN_WAY * np.abs(motions[..., 2]))
+    return np.asarray(np.hypot(motions[..., 0], motions[..., 1]) + METRES_PER_RADIAN * np.abs(motions[..., 2]))
 
 
 def motion_errors(keys: list[KeyScan], follows: NDArray[np.bool_]) -> FloatArray:
@@ -79,7 +79,7 @@ def motion_errors(keys: list[KeyScan], follows: NDArray[np.bool_]) -> FloatArray
     Zero where it does not follow the previous one, mask (K,).
     """
     local = np.array([key.T_local_laser for key in keys]).reshape(-1, 3)
-    wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
+    wheels = np.array([key.wheel_motion for key in keys]).reshape(-1, 3)
     errors = np.zeros_like(wheels)
     moved = relative_poses(local[:-1], local[1:])
     off, turn = wheels[1:] - moved, np.arctan2(wheels[1:, 1], wheels[1:, 0])

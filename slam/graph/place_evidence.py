@@ -119,7 +119,7 @@ def _add_pair(
         return
     weight = (end - begin) * np.exp(-0.5 * (offset / kernel) ** 2)
     px, py = other[MIDDLE_X] + at * ux - x, other[MIDDLE_Y] + at * uy - y
-    lever = px * ux + py * uy  # metres that the offset grows by with the turn
+    lever = px * ux + py * uy  # derivative of the offset by the turn, metres
     turning = weight * (end - begin) ** 2 / 12.0  # information of a piece this long about the direction
     information[0, 0] += weight * uy * uy
     information[0, 1] -= weight * uy * ux

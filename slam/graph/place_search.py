@@ -28,11 +28,11 @@ class Window(NamedTuple):
     prior: FloatArray
     """(3,): middle of the window."""
     information: FloatArray
-    """(3, 3): information of the prior, relative to a whole scan that counts 1: half the squared Mahalanobis distance
-    is subtracted."""
-    places: int
+    """(3, 3): information of the prior. Half the squared Mahalanobis distance is subtracted from the score, which is 1
+    if all facets lie on walls."""
+    half_width: int
     """Half the width, pixels."""
-    headings: int
+    half_headings: int
     """Half the number of headings."""
 
     @classmethod
@@ -68,7 +68,7 @@ def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: f
     At each, at least the share ``least`` of the facets (F, 7) lies on walls. SCORE is that share minus the cost of the
     prior.
     """
-    blocks = (2 * window.places + BLOCK) // BLOCK
+    blocks = (2 * window.half_width + BLOCK) // BLOCK
     shifts = _shifts(facets, window, pictures.x0, pictures.y0)
     bounds = _bounds(shifts, pictures, blocks)
     scores = _scores(bounds, window, len(facets), least)
@@ -97,17 +97,17 @@ def _pooled(pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
 @compiled
 def _shifts(facets: FloatArray, window: Window, x0: float, y0: float) -> IntArray:
     """Return picture, row and column (A, F, 3) of each facet for every heading, at the first position of the window."""
-    headings = 2 * window.headings + 1
+    headings = 2 * window.half_headings + 1
     shifts = np.empty((headings, len(facets), 3), np.int64)
     for a in range(headings):
-        theta = window.prior[2] + (a - window.headings) * HEADING_STEP
+        theta = window.prior[2] + (a - window.half_headings) * HEADING_STEP
         c, s = np.cos(theta), np.sin(theta)
         for f in range(len(facets)):
             x = window.prior[0] - x0 + c * facets[f, X] - s * facets[f, Y]
             y = window.prior[1] - y0 + s * facets[f, X] + c * facets[f, Y]
             shifts[a, f, 0] = layer_of(facets[f, NX], facets[f, NY], c, s)
-            shifts[a, f, 1] = int(np.floor(y / PIXEL)) - window.places
-            shifts[a, f, 2] = int(np.floor(x / PIXEL)) - window.places
+            shifts[a, f, 1] = int(np.floor(y / PIXEL)) - window.half_width
+            shifts[a, f, 2] = int(np.floor(x / PIXEL)) - window.half_width
     return shifts
 
 
@@ -154,11 +154,11 @@ def _scores(bounds: NDArray[np.uint16], window: Window, facets: int, least: floa
     for a in range(angles):
         for i in range(blocks):
             for j in range(blocks):
-                middle = 0.5 * (BLOCK - 1) - window.places
+                middle = 0.5 * (BLOCK - 1) - window.half_width
                 dx, dy = (j * BLOCK + middle) * PIXEL, (i * BLOCK + middle) * PIXEL
                 share = bounds[a, i, j] / (FULL_GREY * facets)
                 scores[k] = (
-                    share - _cost(dx, dy, (a - window.headings) * HEADING_STEP, window) if share >= least else -1e9
+                    share - _cost(dx, dy, (a - window.half_headings) * HEADING_STEP, window) if share >= least else -1e9
                 )
                 k += 1
     return scores
@@ -196,18 +196,18 @@ def _best_of_block(
 ) -> float:
     """Write the best pose (4,) of a block; return the share of the facets on walls there."""
     a, first_i, first_j = block // (blocks * blocks), block // blocks % blocks * BLOCK, block % blocks * BLOCK
-    turn, facets = (a - window.headings) * HEADING_STEP, shifts.shape[1]
+    turn, facets = (a - window.half_headings) * HEADING_STEP, shifts.shape[1]
     _, rows, columns = pictures.shape
     best_share, place[SCORE] = 0.0, -np.inf
-    for i in range(first_i, min(first_i + BLOCK, 2 * window.places + 1)):
-        for j in range(first_j, min(first_j + BLOCK, 2 * window.places + 1)):
+    for i in range(first_i, min(first_i + BLOCK, 2 * window.half_width + 1)):
+        for j in range(first_j, min(first_j + BLOCK, 2 * window.half_width + 1)):
             total = 0.0
             for f in range(facets):
                 row, column = shifts[a, f, 1] + i, shifts[a, f, 2] + j
                 if 0 <= row < rows and 0 <= column < columns:
                     total += pictures[shifts[a, f, 0], row, column]
             share = total / (FULL_GREY * facets)
-            dx, dy = (j - window.places) * PIXEL, (i - window.places) * PIXEL
+            dx, dy = (j - window.half_width) * PIXEL, (i - window.half_width) * PIXEL
             score = share - _cost(dx, dy, turn, window)
             if score > place[SCORE]:
                 best_share, place[SCORE] = share, score

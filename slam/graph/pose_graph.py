@@ -70,7 +70,7 @@ class Edges(NamedTuple):
 
     @property
     def robust(self) -> NDArray[np.bool_]:
-        """Return True for the edges of loops and over breaks, (E,)."""
+        """True for the edges of loops and over breaks, (E,)."""
         return np.asarray(self.loop != NO_LOOP)
 
     def settled(self, weights: FloatArray) -> tuple[Self, FloatArray]:
@@ -199,9 +199,9 @@ def _normal_equations(
 
 @compiled_on_views
 def _fill_jacobian(heading: float, x: float, y: float, J: FloatArray) -> None:
-    """Return the derivatives (3, 6) of a residual by the poses of its two nodes.
+    """Write the derivatives (3, 6) of a residual by the poses of its two nodes into J.
 
-    (x, y) is the second's position in the first.
+    (x, y) is the position of the second node in the frame of the first.
     """
     c, s = np.cos(heading), np.sin(heading)
     J[0, 0], J[0, 1], J[0, 2] = -c, -s, y

@@ -13,11 +13,11 @@ import numpy as np
 
 from slam.graph.anchors import Anchors
 from slam.graph.condensed import CondensedGraph
-from slam.graph.joined_edges import fused, joined, turned_round
+from slam.graph.joined_edges import fused, inverted, joined
 from slam.graph.pose_graph import Edge
 from slam.graph.single_poses import between
 from slam.graph.submap import Submap
-from slam.graph.submap_graph import Left, SubmapGraph
+from slam.graph.submap_graph import Remaining, SubmapGraph
 from slam.pose import FloatArray, wrap_angles
 
 DELAY: Final = 3
@@ -43,7 +43,7 @@ class Pruning:
         self._graph, self._condensed = graph, condensed
         self._redundant: set[int] = set()
 
-    def prune(self, finished: int) -> Left | None:
+    def prune(self, finished: int) -> Remaining | None:
         """Judge the submaps before the last finished one; return what is left if one was removed.
 
         Neighbours share half of their key scans, so that only every other submap would stay.
@@ -73,7 +73,7 @@ class Pruning:
         weights = self._condensed.weights.tolist()
         loops = [loop for loop, weight in zip(graph.loops, weights, strict=True) if weight > BELIEVED]
         best = max((loop.share for loop in loops if loop.submap == number), default=0.0)
-        if best < UNCHANGED * float(np.mean([graph.keys[k].share for k in submap.keys])):
+        if best < UNCHANGED * float(np.mean([graph.keys[k].agreeing_share for k in submap.keys])):
             return False
         beside = [loop for loop in loops if abs(loop.submap - number) <= 1]
         agreeing = {graph.number_of(edge.second) for loop in beside for edge in loop.edges}
@@ -92,7 +92,7 @@ class Pruning:
     def _poses(self, keys: Iterable[int]) -> FloatArray:
         return np.array([self._graph.poses[self._graph.key_nodes[number]] for number in keys]).reshape(-1, 3)
 
-    def _take_out(self, number: int) -> Left | None:
+    def _take_out(self, number: int) -> Remaining | None:
         """Replace a submap by ties and anchors, and remove it."""
         graph = self._graph
         edges = _from(number, self._condensed.edges_of(number))
@@ -124,17 +124,16 @@ def _from(number: int, edges: Iterable[Edge]) -> list[Edge]:
     """Return the edges of a submap relative to it, one for each other submap."""
     seen: dict[int, Edge] = {}
     for edge in edges:
-        edge = edge if edge.first == number else turned_round(edge)
+        edge = edge if edge.first == number else inverted(edge)
         seen[edge.second] = fused(seen[edge.second], edge) if edge.second in seen else edge
     return list(seen.values())
 
 
 def _star(surest: Edge, edges: Iterable[Edge]) -> list[Edge]:
-    """Return edges from the submap at the end of one of the edges of a node to those at the ends of the others.
+    """Return the edges that replace a removed node: from its neighbour at ``surest`` to each other neighbour.
 
-    They replace the removed node: exact for each of its neighbours relative to that one, and conservative for two
-    others.
+    They are exact between that neighbour and each other one, and conservative between two others.
     """
-    back = turned_round(surest)
+    back = inverted(surest)
     ties = [joined(back, edge) for edge in edges if edge.second != surest.second]
-    return [tie if tie.first < tie.second else turned_round(tie) for tie in ties]
+    return [tie if tie.first < tie.second else inverted(tie) for tie in ties]

@@ -63,12 +63,12 @@ class RunGraph:
 
     @property
     def chi_squared(self) -> FloatArray:
-        """Return chi^2 of every edge (E,), unweighted."""
+        """Chi^2 of every edge (E,), unweighted."""
         return squared_errors(self.nodes, self.edges)
 
     @cached_property
     def loop_scans(self) -> IntArray:
-        """Return scan indices of each loop, (L, 2): where a place was seen again, and where it was seen before."""
+        """Scan indices of each loop, (L, 2): where a place was seen again, and where it was seen before."""
         return np.asarray(self.scans[self._loop_keys])
 
     def loop_ends(self, poses: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ import numpy as np
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.single_poses import composed
-from slam.graph.submap_graph import Left, SubmapGraph
+from slam.graph.submap_graph import Remaining, SubmapGraph
 from slam.pose import FloatArray
 
 MOVED, FAR = 0.02, 0.1
@@ -38,7 +38,7 @@ class ShownMap:
         """
         offsets = self._graph.key_poses() - np.array(self._poses)
         moved = float(np.hypot(offsets[:, 0], offsets[:, 1]).max())
-        new = self._graph.taken - self._rebuilt
+        new = self._graph.added_count - self._rebuilt
         return (
             moved > FAR
             or (moved > MOVED and (1.0 + NEW_SHARE) * new >= NEW_SHARE * len(self._poses))
@@ -49,10 +49,10 @@ class ShownMap:
         """Take over the poses of all key scans in the graph; return the loops that are new to the front end."""
         new = tuple(self._graph.loops[self._told :])
         self._T_map_local, self._told = T_map_local, len(self._graph.loops)
-        self._poses, self._rebuilt = list(self._graph.key_poses()), self._graph.taken
+        self._poses, self._rebuilt = list(self._graph.key_poses()), self._graph.added_count
         return new
 
-    def keep(self, left: Left) -> None:
+    def keep(self, left: Remaining) -> None:
         """Remove what has left the graph."""
         self._poses = [self._poses[key] for key in left.keys]
         self._told = sum(loop < self._told for loop in left.loops)

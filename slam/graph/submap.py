@@ -41,14 +41,14 @@ class Submap:
     """Largest distance of its path from there, metres."""
 
     def finish(self, keys: Sequence[KeyScan]) -> None:
-        """True once it is complete."""
+        """Set the path and its extent, once the submap has all its key scans."""
         self.path = np.array([keys[number].T_local_laser for number in self.keys])
         self.middle = self.path[:, :2].mean(axis=0)
         self.radius = float(np.hypot(*(self.path[:, :2] - self.middle).T).max())
 
 
 class SubmapMap(NamedTuple):
-    """Build the map of a submap, in the frame ``local`` of its key scans."""
+    """The map of a submap, in the frame ``local`` of its key scans."""
 
     grid: Grid
     pictures: Pictures

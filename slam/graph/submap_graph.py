@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from slam.graph.joined_edges import fused, worn
+from slam.graph.joined_edges import fused, inflated
 from slam.graph.key_scan import KeyScan
 from slam.graph.known_graph import KnownGraph
 from slam.graph.loop import Loop
@@ -22,7 +22,7 @@ SUBMAP_SIGMAS: Final = np.array([0.005, 0.005, 0.002])
 LOOP_SIGMAS: Final = np.array([0.02, 0.02, 0.005])
 """Best accuracy of a match to another submap, whose own errors add."""
 ORIGIN_SHARE: Final = 0.1
-"""Share of the first variance: the first key scan of a submap is its origin."""
+"""Factor on the variance of a submap's first key scan, which defines its origin."""
 BREAK_SIGMAS: Final = np.array([0.1, 0.1, 0.1])
 """Standard deviations over a break of the front end, in addition to those of odometry: metres and radians."""
 START_SIGMAS: Final = np.array([0.05, 0.05, 0.02])
@@ -33,7 +33,7 @@ FORGOTTEN: Final = np.array([0.01, 0.01, 0.002])
 uncertainty without bound, as the errors of the map are in all of them."""
 
 
-class Left(NamedTuple):
+class Remaining(NamedTuple):
     """Indices of what was kept when submaps were removed, in ascending order."""
 
     keys: list[int]
@@ -51,8 +51,8 @@ class SubmapGraph:
         self.loops: list[Loop] = []
         self.poses: list[FloatArray] = []
         self.ties: dict[tuple[int, int], Edge] = {}
-        """Edges between submaps by way of removed ones, by the numbers of the two."""
-        self.taken = 0
+        """Edges between two submaps, by their numbers, which replace the edges by way of removed submaps."""
+        self.added_count = 0
         """Number of key scans that were added, including removed ones."""
         self._number_of: dict[int, int] = {}
         self._follows: list[bool] = []  # the previous key scan in the list was also taken just before it
@@ -73,9 +73,9 @@ class SubmapGraph:
 
     def add(self, key: KeyScan) -> None:
         """Add a key scan, and the submap that begins with it."""
-        number, T_map_local, anew = len(self.keys), self._T_map_local(key), self.begins_with(key)
+        number, T_map_local, anew = len(self.keys), self._T_map_local(key), self.is_first_of_run(key)
         pose = composed(T_map_local, key.T_local_laser)
-        self.taken += 1
+        self.added_count += 1
         self._follows.append(not anew)
         self.keys.append(key)
         self.key_nodes.append(self._new_node(pose))  # the first of all is fixed
@@ -89,7 +89,7 @@ class SubmapGraph:
         if anew and number > 0:
             self._join_to_nearest(self.submaps[key.submaps[0]])
 
-    def begins_with(self, key: KeyScan) -> bool:
+    def is_first_of_run(self, key: KeyScan) -> bool:
         """Return True for the first key scan of this run; those before it are of an earlier one."""
         return not self.keys or (self.keys[-1].index < 0 <= key.index)
 
@@ -101,14 +101,14 @@ class SubmapGraph:
     def add_tie(self, tie: Edge) -> None:
         """Add an edge between two submaps, by their numbers, the lesser first."""
         at = tie.first, tie.second
-        self.ties[at] = fused(worn(self.ties[at], FORGOTTEN), tie) if at in self.ties else tie
+        self.ties[at] = fused(inflated(self.ties[at], FORGOTTEN), tie) if at in self.ties else tie
 
     def tie_edges(self) -> list[Edge]:
         """Return the ties as edges between the nodes of their submaps."""
         node = {number: submap.node for number, submap in self.submaps.items()}
         return [tie._replace(first=node[tie.first], second=node[tie.second]) for tie in self.ties.values()]
 
-    def remove(self, gone: set[int]) -> Left:
+    def remove(self, gone: set[int]) -> Remaining:
         """Remove submaps, with the key scans that are in no other, and all their edges, loops and ties.
 
         The rest is renumbered, except the submaps.
@@ -132,7 +132,7 @@ class SubmapGraph:
         self.keys[:] = [
             self.keys[k] if left[k] == self.keys[k].submaps else replace(self.keys[k], submaps=left[k]) for k in kept
         ]  # other objects hold this list
-        return Left(kept, loops)
+        return Remaining(kept, loops)
 
     def place_keys(self) -> None:
         """Move the key scans with their submaps."""
@@ -149,8 +149,8 @@ class SubmapGraph:
         error, errors, edges = OdometryError.learnt(self.keys, follows), motion_errors(self.keys, follows), []
         for number in np.flatnonzero(follows).tolist():
             before, key = self.keys[number - 1], self.keys[number]
-            measured = between(before.T_local_laser, key.T_local_laser) if key.trust > 0.0 else key.wheels
-            covariance = error.covariance(key.wheels, errors[number])
+            measured = between(before.T_local_laser, key.T_local_laser) if key.trust > 0.0 else key.wheel_motion
+            covariance = error.covariance(key.wheel_motion, errors[number])
             if key.broken:
                 covariance = covariance + np.diag(BREAK_SIGMAS**2)
             information = np.asarray(np.linalg.inv(covariance), np.float64)
@@ -174,7 +174,7 @@ class SubmapGraph:
 
     def _T_map_local(self, key: KeyScan) -> FloatArray:
         """Return ``T_map_local`` of the submap that it was matched to, or of the last one, if it begins a new one."""
-        if self.begins_with(key):
+        if self.is_first_of_run(key):
             return np.zeros(3)
         known = self.submaps.get(key.submaps[0]) or self.submaps[self.keys[-1].submaps[0]]
         return self.correction(known)
@@ -183,7 +183,7 @@ class SubmapGraph:
         """Take over the graph of an earlier run."""
         self.keys, self.key_nodes = list(known.keys), known.graph.key_nodes.tolist()
         self.submaps, self.edges, self.loops, self.ties = known.submaps, known.edges, known.loops, known.ties
-        self.poses, self.taken = known.nodes, len(known.keys)
+        self.poses, self.added_count = known.nodes, len(known.keys)
         self._number_of = {node: number for number, node in enumerate(self.key_nodes)}
         self._follows = [False] * len(self.keys)  # their motion is among the edges
 

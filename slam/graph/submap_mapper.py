@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from slam.config import LeastSquaresConfig
-from slam.graph.key_scan import KeyScan, made_of
+from slam.graph.key_scan import KeyScan, key_scan_fields
 from slam.graph.submap_uncertainty import SubmapUncertainty
 from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
@@ -29,7 +29,7 @@ SUBMAPS, OPEN = 2, 3
 """Number of submaps that a key scan belongs to, and largest number of open maps."""
 MIN_KEYS: Final = 10
 """Least number of key scans of a submap when the next one begins, whatever their distances."""
-TURN_WAY: Final = 0.3
+METRES_PER_RADIAN: Final = 0.3
 """Metres of path that a turn of one radian counts as."""
 KEY_DISTANCE, KEY_ANGLE = 0.25, 0.25
 """A scan becomes a key scan after this much motion, metres, or this much turning, radians."""
@@ -85,7 +85,7 @@ class SubmapMapper(SurfelMapper):
         config = self.map.config
         if added is not None and not broken and distance < config.update_distance and turn < config.update_angle:
             return
-        self._path_length += distance + TURN_WAY * turn
+        self._path_length += distance + METRES_PER_RADIAN * turn
         if self._is_key(T_local_laser, broken):
             if self._path_length - self._began >= 0.5 * LENGTH and self._keys >= MIN_KEYS:
                 self._open_next()
@@ -104,11 +104,11 @@ class SubmapMapper(SurfelMapper):
         fit = found.fit._replace(pose=prior.as_array(), projector=np.zeros((3, 3)))
         return found._replace(fit=fit, odometry_only=True, odometry_failed=False, contradicted=True)
 
-    def know(self, T_local_submap: FloatArray, covariance: FloatArray, T_map_local: Pose2D) -> None:
-        """Take over the covariance (3, 3) of a submap's pose after a loop was closed, map axes."""
+    def set_covariance(self, T_local_submap: FloatArray, covariance: FloatArray, T_map_local: Pose2D) -> None:
+        """Set the covariance (3, 3) of a submap's pose after a loop was closed, map axes."""
         c, s = np.cos(T_map_local.theta), np.sin(T_map_local.theta)
         R = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        self.uncertainty.know(Pose2D.from_array(T_local_submap), R @ covariance @ R.T)
+        self.uncertainty.set_covariance(Pose2D.from_array(T_local_submap), R @ covariance @ R.T)
 
     def _write(self, scan: LaserScan, T_local_laser: Pose2D, moved: float) -> None:
         self.state = self._with(T_map_added=T_local_laser)
@@ -141,14 +141,14 @@ class SubmapMapper(SurfelMapper):
         self.state = self._with(bad_matches=0)
 
     def _open_next(self, most: int = OPEN) -> None:
-        """Begin a submap; ``open_maps`` maps stay open, and scans are matched to the oldest."""
+        """Begin a submap; at most ``most`` maps stay open, and scans are matched to the oldest of them."""
         self.number, self._began, self._keys = self.number + 1, self._path_length, 0
         self._open = [*self._open, SurfelMap(self.map.config)][-most:]
         self.state = self._with(map=self._open[0])
         self.uncertainty.open_next(most)
 
     def _key_scan(self, scan: LaserScan, T_local_laser: Pose2D, broken: bool) -> KeyScan:
-        ranges, lidar, bearings = made_of(scan)
+        ranges, lidar, bearings = key_scan_fields(scan)
         wheels, self._wheels = self.T_base_laser.inverse() @ self._wheels @ self.T_base_laser, Pose2D()
         submaps = tuple(range(self.number - min(len(self._open), SUBMAPS) + 1, self.number + 1))
         return KeyScan(

@@ -20,13 +20,13 @@ class SubmapUncertainty:
         return self._last[1]
 
     def open_next(self, most: int) -> None:
-        """Begin a submap at the last pose, with its covariance; ``open_maps`` stay open.
+        """Begin a submap at the last pose, with its covariance; at most ``most`` submaps stay open.
 
-        Its many scans do not reduce it: their errors are correlated, as all of them saw the same walls.
+        The many scans of a submap do not reduce its covariance: their errors are correlated, as all saw the same walls.
         """
         self._open = [*self._open, self._last][-most:]
 
-    def know(self, pose: Pose2D, covariance: FloatArray) -> None:
+    def set_covariance(self, pose: Pose2D, covariance: FloatArray) -> None:
         """Set the covariance (3, 3) of the submap that scans are matched to, in ``local``.
 
         It is known after a loop was closed.

@@ -14,8 +14,8 @@ from slam.small_matrices import add, write
 TURN_COST = 25.0  # m^2 per rad^2: weight of the variance of the heading when paths are compared
 
 
-class Hops(NamedTuple):
-    """Steps between submaps, in both directions."""
+class SubmapSteps(NamedTuple):
+    """Steps from one submap to another that a path may take, in both directions."""
 
     first: IntArray
     """(H,): indices in the list of submaps."""
@@ -24,21 +24,21 @@ class Hops(NamedTuple):
     """(H, 3, 3): covariances, map axes."""
 
 
-def surest_covariances(source: int, poses: FloatArray, hops: Hops) -> FloatArray:
+def surest_covariances(source: int, poses: FloatArray, steps: SubmapSteps) -> FloatArray:
     """Return the covariance (N, 3, 3) of the poses (N, 3) of all submaps relative to one of them, map axes.
 
     Infinite if no path leads there.
     """
-    order = np.argsort(np.concatenate([hops.first, hops.second]), kind="stable")
-    start = np.concatenate([hops.first, hops.second])[order]
-    end = np.concatenate([hops.second, hops.first])[order]
+    order = np.argsort(np.concatenate([steps.first, steps.second]), kind="stable")
+    start = np.concatenate([steps.first, steps.second])[order]
+    end = np.concatenate([steps.second, steps.first])[order]
     begins = np.searchsorted(start, np.arange(len(poses) + 1))
-    covariance = np.concatenate([hops.covariance, hops.covariance])[order]
+    covariance = np.concatenate([steps.covariance, steps.covariance])[order]
     return _surest(source, poses, begins, end, covariance)
 
 
 @compiled
-def _surest(source: int, poses: FloatArray, begins: IntArray, end: IntArray, hop: FloatArray) -> FloatArray:
+def _surest(source: int, poses: FloatArray, begins: IntArray, end: IntArray, step: FloatArray) -> FloatArray:
     """Dijkstra's algorithm; the neighbours of node n are ``end[begins[n]:begins[n + 1]]``."""
     count = len(poses)
     best, cost, known = np.full((count, 3, 3), np.inf), np.full(count, np.inf), np.zeros(count, np.bool_)
@@ -52,7 +52,7 @@ def _surest(source: int, poses: FloatArray, begins: IntArray, end: IntArray, hop
             other = end[k]
             if not known[other]:
                 C = carried(best[n], poses[n, 1] - poses[other, 1], poses[other, 0] - poses[n, 0])
-                add(C, hop[k])
+                add(C, step[k])
                 total = C[0, 0] + C[1, 1] + TURN_COST * C[2, 2]
                 if total < cost[other]:
                     write(best[other], C)

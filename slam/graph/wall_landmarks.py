@@ -127,7 +127,7 @@ def _pieces(
 
 @compiled_on_views
 def _fit(sums: FloatArray, seed: FloatArray, line: FloatArray) -> None:
-    """Fit a line (4,) to sums (11,), by the scatter of points and normals; it faces the way of the seed's."""
+    """Fit a line (4,) to sums (11,), by the scatter of points and normals; it faces the same side as the seed's."""
     w, x, y = sums[W], sums[WX] / sums[W], sums[WY] / sums[W]
     xx = sums[WXX] - w * x * x - LEVER * LEVER * sums[WNXX]
     xy = sums[WXY] - w * x * y - LEVER * LEVER * sums[WNXY]
@@ -143,7 +143,7 @@ def _grow_walls(
     pieces: FloatArray, columns_rows: IntArray, heaviest_first: IntArray, straight: float
 ) -> tuple[IntArray, FloatArray]:
     """Return the wall of each piece (P,), and the lines (M, 4)."""
-    head = np.full((TABLE, TABLE), -1, np.int64)  # first piece in a cell, and in those TABLE cells away
+    head = np.full((TABLE, TABLE), -1, np.int64)  # hash table: first piece of all cells with this remainder
     following, wall_of = np.empty(len(pieces), np.int64), np.full(len(pieces), -1, np.int64)
     for k in range(len(pieces)):
         column, row = columns_rows[k, 0] % TABLE, columns_rows[k, 1] % TABLE
@@ -181,12 +181,12 @@ def _grow_one(
                         sums += pieces[k]
                         _fit(sums, pieces[seed], line)
                     k = following[k]
-    _let_go(pieces, queue[1:end], straight, wall_of, sums, line)
+    _drop_deviating(pieces, queue[1:end], straight, wall_of, sums, line)
     _fit(sums, pieces[seed], line)
 
 
 @compiled
-def _let_go(
+def _drop_deviating(
     pieces: FloatArray, members: IntArray, straight: float, wall_of: IntArray, sums: FloatArray, line: FloatArray
 ) -> None:
     """Remove pieces from a wall whose line turned away from them as it grew; they may form another one."""
@@ -198,7 +198,7 @@ def _let_go(
 
 @compiled_on_views
 def _lies_on(piece: FloatArray, line: FloatArray, straight: float) -> bool:
-    """Return True if a piece faces the way of a line and is within ``straight``, metres, and its uncertainty of it."""
+    """Return True if a piece faces the same side as a line, and is within ``straight`` metres plus its uncertainty."""
     nx, ny, w = line[LINE_NX], line[LINE_NY], piece[W]
     offset = nx * (piece[WX] / w - line[LINE_X]) + ny * (piece[WY] / w - line[LINE_Y])
     cosine, sine = (nx * piece[WNX] + ny * piece[WNY]) / w, (nx * piece[WNY] - ny * piece[WNX]) / w

@@ -56,7 +56,7 @@ def hop_by_svd(
         if i + l <= N and sigma_3(points[i : i + l]) < sigma_Th:  # Proc. 2 and 3; a hop past the end is a failed test
             previous, l = l, l + 1 + psi  # Proc. 4: hop over psi points; the printed l + 1 is for psi = 0
         elif l == 3:
-            i, psi = i + 1, J  # three points that are no line: begin one point further on
+            i, psi = i + 1, J  # three points that are not on a line: begin one point further on
         elif psi >= 1:
             l, psi = previous + 1, 0  # reverse hop, and no more hops on this segment
         else:

@@ -30,11 +30,11 @@ OCTAVE: Final = 4
 BAND: Final = OCTAVE // 2
 """Bins per band."""
 MIDDLE: Final = 2.0 ** (0.5 * BAND / OCTAVE)
-"""Middle of a band over its start."""
+"""Ratio of the middle of a band to its start."""
 BAND_OF_1_M: Final = int(-log2(NEAREST)) * OCTAVE // BAND
 SMALLEST: Final = 2.0**-12
-"""Start of the first bin: metres, from 1 m on shares of the band's start. Smaller differences show the step of the
-ranges and no noise: on a wall straight ahead all ranges are equal."""
+"""Start of the first bin: metres in bands below 1 m, and shares of the band's start in the others. Smaller differences
+show the resolution of the ranges instead of noise: on a wall straight ahead all ranges are equal."""
 SIZES: Final = 9 * OCTAVE
 """Number of bins, up to 1/8. Larger differences are never noise."""
 EDGES: Final = 7 * OCTAVE + 3
@@ -114,7 +114,7 @@ class LearntNoise:
 
     @property
     def noise(self) -> RangeNoise:
-        """Return the most likely noise so far."""
+        """Most likely noise so far."""
         near, far = _most_likely(self.counts @ LOG_LIKELIHOOD)
         near, slope = _size(near), _size(far) / MIDDLE
         return RangeNoise(near, near / slope, slope, ROUGHNESS)
@@ -156,9 +156,10 @@ def _quarter_octaves(x: float) -> int:
 
 @compiled
 def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
-    """Return the edges, with a fraction, of the noise near by, and of that which grows with the range, at 1 m.
+    """Return the most likely constant noise, and the most likely noise at 1 m that grows with the range.
 
-    The larger of the two applies. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) is the log likelihood of each band.
+    Both are fractional indices of edges; the larger noise applies. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) is
+    the log likelihood of each band.
     """
     scores = np.zeros((BANDS, EDGES))
     for band in range(BANDS):

@@ -30,7 +30,7 @@ class RangeNoise(NamedTuple):
 
 @lru_cache
 def noise_of_sensor(name: LidarName, bound_sigmas: float) -> RangeNoise:
-    """Return the noise for a maker's bound of ``sigmas`` standard deviations."""
+    """Return the noise for a maker's bound of ``bound_sigmas`` standard deviations."""
     model = LIDARS[name]
     return RangeNoise(
         model.near_accuracy / bound_sigmas,

@@ -82,7 +82,7 @@ def _polar(ab: FloatArray, cov: FloatArray, line: FloatArray, line_cov: FloatArr
 def _end(
     ab: FloatArray, cov: FloatArray, c: float, s: float, spacing: float, end: FloatArray, end_cov: FloatArray
 ) -> None:
-    """Return the intersection of the line with the beam of this cosine and sine.
+    """Write the intersection of the line with the beam of this cosine and sine, and its covariance.
 
     Its uncertainty along the beam is that of the line. Along the line, the wall ends anywhere up to the next beam: the
     mean square of that error is a third of the squared distance to it.

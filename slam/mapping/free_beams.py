@@ -9,7 +9,7 @@ from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 from slam.scan import BEARING, COS, SIN, LaserScan
 
-CORRECTIONS = 3  # steps from the beam of an even fan to that of the fan itself
+CORRECTIONS = 3  # iterations that lead from the beam of an even fan to the beam of the deskewed one
 MAX_SECTORS = 64
 """Sectors of the full turn, each with the longest free range of its beams."""
 BEAMS_PER_SECTOR = 4  # of a full turn, so that no sector between two beams is empty

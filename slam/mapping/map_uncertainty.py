@@ -11,8 +11,9 @@ from slam.pose import FloatArray, Pose2D
 TILE: Final = 2.0
 """Side of a square of the map, metres, that moves as one piece."""
 AVERAGED: Final = 13.0
-"""Metres and radians of new map that add the variance of one match: it is made by many scans, whose errors average."""
-LEFT: Final = 2.0 * TILE
+"""Path into a new area, metres and radians, after which the map there has the variance of one more match. It takes so
+long because many scans make the map, and their errors average."""
+END_DISTANCE: Final = 2.0 * TILE
 """Distance from the last growth of the map, metres, beyond which the frontier ends."""
 
 Tiles = dict[tuple[int, int], tuple[Pose2D, FloatArray]]
@@ -24,7 +25,7 @@ class Frontier(NamedTuple):
 
     began: Pose2D
     reach: float
-    """Greatest distance of the robot from its start, metres and radians added."""
+    """Greatest distance of the robot from its start, the sum of metres and radians."""
     drift: FloatArray
     """Covariance (3, 3) that the matches on the path have left in the map."""
     widest: FloatArray
@@ -39,10 +40,10 @@ class Frontier(NamedTuple):
         return Frontier(self.began, reach, drift, match_covariance if wider else self.widest)
 
     def inherited(self, match_covariance: FloatArray) -> FloatArray:
-        """Return the covariance (3, 3) of the map beyond, in addition to that of the map here.
+        """Return the covariance (3, 3) that the map beyond the frontier has in addition to the map here.
 
-        It is the drift, plus the difference of later matches from the widest match on the path: they were accurate
-        against newer parts of the map, which have that error too.
+        It is the drift, plus the amount by which the least accurate match on the path was worse than this one: a match
+        may be accurate against a part of the map that inherited the error of an earlier, worse match.
         """
         values, vectors = np.linalg.eigh(self.widest - match_covariance)
         return np.asarray(self.drift + (vectors * np.maximum(values, 0.0)) @ vectors.T)
@@ -78,7 +79,7 @@ class MapUncertainty:
             entered, covariance = self.tiles[self.here] if self.here else (Pose2D(), np.zeros((3, 3)))
             inherited = frontier.inherited(match_covariance) if frontier else 0.0
             self.tiles[tile] = pose, propagate(covariance, entered, pose) + inherited
-        if new or frontier is None or frontier.began.distance(pose) > LEFT:
+        if new or frontier is None or frontier.began.distance(pose) > END_DISTANCE:
             frontier = Frontier(pose, 0.0, np.zeros((3, 3)), match_covariance)
         self.frontier = frontier
         self.here = tile

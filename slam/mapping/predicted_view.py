@@ -42,7 +42,7 @@ class View(NamedTuple):
         return self.through + HIDDEN_WEIGHT * self.hidden
 
     @property
-    def borne_out(self) -> float:
+    def supported(self) -> float:
         """Share of the beams with a predicted wall that end on it; 1 if there are hardly any."""
         if self.agreeing + self.through + self.hidden < MIN_PREDICTED:
             return 1.0

@@ -13,8 +13,8 @@ from slam.pose import FloatArray
 
 X, Y, NX, NY, INFORMATION, HITS, MISSES, BORN = range(8)
 """Columns of surfels (S, 8): centre (m, map frame), unit normal away from the sensor (0, 0 for a cluster of points),
-information along the normal (m^-2), number of hits, number of misses since, and ``way`` at its first hit. The first
-four are those of facets too."""
+information along the normal (m^-2), number of hits, number of misses since, and ``path_length`` at its first hit. The
+first four are those of facets too."""
 COLUMNS: Final = 8
 PIECES_PER_CELL: Final = 4
 PIECES: Final = 2 * PIECES_PER_CELL
@@ -43,8 +43,8 @@ class Grid(NamedTuple):
     counts: IntArray
     """(3,): number of rows of ``surfels`` ever used, the first of the free list or -1, and the number of surfels
     alive."""
-    way: float
-    """Path length of the sensor while this map was made, metres and radians added."""
+    path_length: float
+    """Path length of the sensor while this map was made, the sum of metres and radians."""
 
 
 def empty_grid(cell: float) -> Grid:
@@ -57,7 +57,7 @@ def empty_grid(cell: float) -> Grid:
         corner=np.array([-MARGIN, -MARGIN]),
         cell=cell,
         counts=np.array([0, -1, 0]),
-        way=0.0,
+        path_length=0.0,
     )
 
 

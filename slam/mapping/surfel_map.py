@@ -18,7 +18,8 @@ from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
 WEIGHED_EVERY = 0.1
-"""Path length between two scans that add evidence of walls, metres and radians added; nearer scans are redundant."""
+"""Path length between two scans that add evidence of walls, the sum of metres and radians; the scans between them are
+redundant."""
 
 
 class SurfelMap:
@@ -69,15 +70,15 @@ class SurfelMap:
     ) -> None:
         """Add facets (F, 7) to the map, and count misses of surfels that the beams of their scan passed.
 
-        ``moved`` is the motion of the sensor since the previous scan, metres and radians added. ``walls`` says if the
-        beams add evidence of walls; a map whose ``ends`` are not used needs none.
+        ``moved`` is the motion of the sensor since the previous scan, the sum of metres and radians. ``walls`` is True
+        if the beams add evidence of walls; a map whose ``ends`` are not used needs none.
         """
         config, pose = self.config, T_map_laser.as_array()
-        before, way = self.grid.way, self.grid.way + moved
-        self.grid = self.grid._replace(way=way)
+        before, length = self.grid.path_length, self.grid.path_length + moved
+        self.grid = self.grid._replace(path_length=length)
         if len(facets):
             self.grid = with_room(self.grid, *room_needed(facets, pose, config.cell))
             put(self.grid, facets, pose, config.gate, float(config.max_hits), config.pose_sigma)
-        if walls and (moved == 0.0 or floor(way / WEIGHED_EVERY) > floor(before / WEIGHED_EVERY)):
+        if walls and (moved == 0.0 or floor(length / WEIGHED_EVERY) > floor(before / WEIGHED_EVERY)):
             weigh_walls(self.grid, beams, pose, config.carve_reach, config.gate)
         carve(self.grid, beams, pose, config.carve_reach, config.free_margin, config.miss_ratio)

@@ -48,7 +48,7 @@ def _put_one(
         return
     k, s = _take_row(grid), grid.surfels
     s[k, X], s[k, Y], s[k, NX], s[k, NY] = x, y, nx, ny
-    s[k, INFORMATION], s[k, HITS], s[k, MISSES], s[k, BORN] = information, 1.0, 0.0, grid.way
+    s[k, INFORMATION], s[k, HITS], s[k, MISSES], s[k, BORN] = information, 1.0, 0.0, grid.path_length
     grid.evidence[k] = 0
     grid.evidence[k, AXIS] = abs(nx) > abs(ny)
     grid.next[k] = first

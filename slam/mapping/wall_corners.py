@@ -7,7 +7,7 @@ from slam.mapping.wall_doubles import boxes_of
 from slam.pose import FloatArray
 
 REACH = 0.2  # metres, the largest cut of a wall to where it meets another: a cell
-STUB = 0.5  # metres, the largest remainder of a cell: behind a better wall it comes from that wall's echoes
+STUB = 0.5  # metres: an end of a wall behind a better wall, up to this length, was made of that wall's echoes
 EXTENSION = 0.1  # metres, the largest extension
 SAME_LINE = 0.34  # least sine between two walls that form a corner
 

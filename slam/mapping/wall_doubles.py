@@ -5,10 +5,10 @@ import numpy as np
 from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 
-BESIDE = 0.30  # metres: of two walls this near that face the same way, one hides the other, or its beams pass the other
-SAME_WAY = 0.94  # least cosine between two such walls
-NEAR = 0.12  # metres from a wall in which a rarely seen line at another angle is made of echoes of the wall
-SAME_SIDE = 0.3  # least cosine between the two: they are seen from one place, and do not form a corner
+BESIDE = 0.30  # metres: two walls this near that face the same side show the same wall, as one would hide the other
+SAME_WAY = 0.94  # least cosine between the normals of two such walls
+NEAR = 0.12  # metres: a rarely seen line this near to a wall, at another angle, is made of the wall's echoes
+SAME_SIDE = 0.3  # least cosine between the normals of the two: otherwise they may form a corner
 HARDLY_SEEN = 0.5  # share of the mean count of the wall
 
 

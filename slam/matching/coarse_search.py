@@ -109,7 +109,7 @@ def _add_up(
     facets: FloatArray, x: float, y: float, theta: float, reach: float, pictures: NDArray[np.uint8],
     scores: NDArray[np.uint16],
 ) -> None:  # fmt: skip
-    """Return the grey values under all facets for every shift of the window about (x, y), metres in the pictures."""
+    """Sum the grey values under all facets for every shift of the window about (x, y), metres in the pictures."""
     c, s = np.cos(theta), np.sin(theta)
     n = len(scores) // 2
     scores[:] = 0

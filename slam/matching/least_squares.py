@@ -34,7 +34,7 @@ class SolverSettings(NamedTuple):
     tolerance: float
     lever: float
     weak: float
-    standing_way: float
+    standing_length: float
 
 
 class Fit(NamedTuple):
@@ -64,7 +64,7 @@ def solve(
     while q < settings.max_iterations and not done:
         wide = q < WIDE_ITERATIONS
         inliers = fill_normal_equations(
-            facets, pose, grid, settings.gate, settings.floor, kernel, wide, settings.standing_way, H, g
+            facets, pose, grid, settings.gate, settings.floor, kernel, wide, settings.standing_length, H, g
         )
         q += 1
         A = _scaled(H, settings.lever)
@@ -164,9 +164,9 @@ def fuse(
 ) -> tuple[FloatArray, float, FloatArray]:  # fmt: skip
     """Covariance (3, 3) after a match, its normalized innovation squared, and the unconstrained directions (K, 3).
 
-    The information of the scan, over ``correlation``, counts only in the directions that it constrains. The innovation
-    is the ``offset`` (3,) from the prior, squared under the covariance of the last ``motion`` alone and divided by the
-    three dimensions, so that 1 is expected.
+    The information of the scan, divided by ``correlation``, counts only in the directions that it constrains. The
+    innovation is the ``offset`` (3,) from the prior. It is normalized by the covariance of the last ``motion`` and of
+    the scan, and divided by its three dimensions, so that its expected value is 1.
     """
     told = _scaled(_within(projector, _scaled(information, lever)), 1.0 / lever)
     fused, expected, settled = inverse(predicted), motion.copy(), information.copy()

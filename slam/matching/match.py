@@ -33,7 +33,7 @@ class Match:
     """True if the result was rejected, and the pose is the prediction of odometry."""
 
     def turned(self, angle: float) -> Self:
-        """Return the same match, with covariance and directions in axes rotated back by this angle, radians."""
+        """Return the match with covariance and directions rotated by this angle, radians."""
         if angle == 0.0:
             return self
         c, s = cos(angle), sin(angle)

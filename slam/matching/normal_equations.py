@@ -20,12 +20,12 @@ SHIFT_SIGMA = 0.05  # metres by which small things may have moved since, all tog
 @compiled
 def fill_normal_equations(
     facets: FloatArray, pose: FloatArray, grid: Grid, gate: float, floor: float, kernel: float, wide: bool,
-    standing_way: float, H: FloatArray, g: FloatArray,
+    standing_length: float, H: FloatArray, g: FloatArray,
 ) -> float:  # fmt: skip
-    """Fill H (3, 3) and g (3,) for x, y, theta; returns the sum of the robust weights, which is at most 1 a facet.
+    """Fill H (3, 3) and g (3,) for x, y, theta; return the sum of the robust weights, each of which is at most 1.
 
     A facet is paired with a surfel nearer than ``gate``, metres, up to a whole cell away where the search is ``wide``.
-    A small thing counts as new until the sensor has moved ``standing_way`` since it was first seen.
+    A small thing counts as new until the sensor has moved ``standing_length`` since it was first seen.
     """
     c, s = np.cos(pose[2]), np.sin(pose[2])
     H[:] = 0.0
@@ -41,7 +41,8 @@ def fill_normal_equations(
             continue
         dx, dy = x - surfels[k, X], y - surfels[k, Y]
         v = facets[f, VARIANCE] + floor**2 + 1.0 / surfels[k, INFORMATION]
-        to_H, to_g = (H_new, g_new) if grid.way - surfels[k, BORN] < standing_way and _is_alone(facets, f) else (H, g)
+        is_new = grid.path_length - surfels[k, BORN] < standing_length
+        to_H, to_g = (H_new, g_new) if is_new and _is_alone(facets, f) else (H, g)
         if nx != 0.0 or ny != 0.0:
             inliers += _add_residual(surfels[k, NX], surfels[k, NY], dx, dy, lx, ly, v, kernel, to_H, to_g)
         else:

@@ -39,7 +39,7 @@ FARTHEST = 4.0  # metres about the last pose, the largest radius of the search
 MAX_PLACES = 20  # number of poses from anywhere that are refined
 ANYWHERE_SIGMA = 1.0  # metres and radians: their standard deviations
 FOUND_SHARE = 1 / 3  # least share of the scan that agrees at a pose from anywhere
-FOUND_GAIN = 0.35  # least gain over the doubtful pose, with the beams that contradict either
+FOUND_GAIN = 0.35  # least gain of ``_value`` over the doubtful pose, per facet of the scan
 FOUND_LEAD = 2.0  # least gain over any other pose, facets
 FOUND_TURN = 2.0  # largest heading difference from a certain last pose, radians: a corridor looks alike from both ends
 OTHER_PLACE = 0.3, 0.15  # metres or radians beyond which two poses are different
@@ -118,14 +118,14 @@ class PoseSearch:
         if best.inliers >= config.below * count:
             return Found(best, True)
         best = fits[self._best([self._value(scene, other) - cost for other, cost in zip(fits, costs, strict=True)])]
-        share, borne_out = best.inliers / max(count, 1), self._view(scene, best).borne_out
-        if share >= DOUBTED[0] and borne_out >= DOUBTED[1]:
+        share, supported = best.inliers / max(count, 1), self._view(scene, best).supported
+        if share >= DOUBTED[0] and supported >= DOUBTED[1]:
             return Found(best, True)
         if config.anywhere > 0.0:
             elsewhere = self._anywhere(scene, last, prior, sure, self._value(scene, best))
             if elsewhere is not None:
                 return Found(elsewhere, True, odometry_failed=True)
-        return Found(best, True, contradicted=share < CONTRADICTED[0] and borne_out < CONTRADICTED[1])
+        return Found(best, True, contradicted=share < CONTRADICTED[0] and supported < CONTRADICTED[1])
 
     def _best(self, scores: list[float]) -> int:
         """Return the index of the highest score; the first must be beaten by ``gain``."""
@@ -172,7 +172,7 @@ class PoseSearch:
         best, highest = fits[first], values[first]
         rivals = (v for fit, v in zip(fits, values, strict=True) if _apart(fit.pose, best.pose, *OTHER_PLACE))
         leads = highest > max(rivals, default=-np.inf) + FOUND_LEAD and highest > doubtful + FOUND_GAIN * count
-        agrees = best.inliers >= FOUND_SHARE * count and self._view(scene, best).borne_out >= DOUBTED[1]
+        agrees = best.inliers >= FOUND_SHARE * count and self._view(scene, best).supported >= DOUBTED[1]
         turned = min(abs(wrap_angle(float(best.pose[2] - other[2]))) for other in (last, prior))
         return best if leads and agrees and not (sure and turned > FOUND_TURN) else None
 
@@ -182,7 +182,7 @@ class PoseSearch:
 
     def _settled(self, scene: Scene, fit: Fit) -> bool:
         agrees = fit.inliers >= SETTLED[1] * len(scene.facets)
-        return agrees and self._view(scene, fit).borne_out >= SETTLED[0]
+        return agrees and self._view(scene, fit).supported >= SETTLED[0]
 
     def _view(self, scene: Scene, fit: Fit) -> View:
         return compare_view(scene.grid, scene.beams, scene.scan.echoes, fit.pose, self._reach)

@@ -19,8 +19,8 @@ from slam.motion_model import excess_covariance, motion_covariance, propagate, u
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
-STANDING_WAY = 1.0  # metres and radians of the sensor until a small thing counts as standing: legs do not
-KERNEL_SIGMAS, FLOOR_SIGMAS = 2.0, 0.6  # least kernel and floor, in standard deviations of a near range
+STANDING_LENGTH = 1.0  # metres and radians of the sensor until a small thing counts as standing: legs do not
+KERNEL_SIGMAS, FLOOR_SIGMAS = 2.0, 0.6  # lower bounds of kernel and floor, in standard deviations of a near range
 UNSUPPORTED = 0.1  # least share of agreeing facets: below it a scan is rejected
 
 
@@ -188,8 +188,8 @@ def _search_config(config: SearchConfig, odometry: bool) -> SearchConfig:
 
 def _solver_settings(config: LeastSquaresConfig, odometry: bool) -> SolverSettings:
     """Return the settings; without odometry, everything counts as standing, as nothing else measures the motion."""
-    shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_way"}
-    return SolverSettings(**shared, standing_way=STANDING_WAY if odometry else 0.0)
+    shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_length"}
+    return SolverSettings(**shared, standing_length=STANDING_LENGTH if odometry else 0.0)
 
 
 def _for_noise(settings: SolverSettings, noise: RangeNoise | None) -> SolverSettings:

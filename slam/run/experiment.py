@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from importlib.metadata import version
@@ -37,7 +37,7 @@ from slam.run.topics.topic_session import TopicSession
 from slam.run.viewer.live_run import RunViewer
 from slam.run.viewer.scene import Scene, planned_route, plots
 from slam.run.viewer.viewers import Viewers
-from slam.run.warm_up import warm_up
+from slam.run.warm_up import warming_up
 from slam.run.watchers import Interruption, RunProgress
 from slam.scenario.file import dump_scenario
 from slam.scenario.schema import Scenario
@@ -96,15 +96,19 @@ class Experiment:
         """
         console = console or Terminal(quiet=True)
         self.env.prepare(self.seed)
-        if not isinstance(self.slam, DeadReckoning):
-            warm_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam))
-        viewers = viewers or Viewers()
-        viewers.start()
-        folder = make_run_folder(self.scenario.name, out)
-        try:
-            return self._run_in(folder, viewers, console, pictures)
-        except OSError as error:
-            raise StorageError(f"{folder}: {error.strerror}; what was written until then is kept") from error
+        with nullcontext() if isinstance(self.slam, DeadReckoning) else self._warming_up(console):
+            viewers = viewers or Viewers()
+            viewers.start()
+            folder = make_run_folder(self.scenario.name, out)
+            try:
+                return self._run_in(folder, viewers, console, pictures)
+            except OSError as error:
+                raise StorageError(f"{folder}: {error.strerror}; what was written until then is kept") from error
+
+    def _warming_up(self, console: Terminal) -> AbstractContextManager[None]:
+        """Compile the hot loops: those of loop closing during the run, unless it is in real time."""
+        real_time = "backend" in self.notes or self.topics is not None
+        return warming_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam), wait=real_time)
 
     def _run_in(self, folder: Path, viewers: Viewers, console: Terminal, pictures: bool) -> Outcome:
         write_atomic(folder / "config.yaml", dump_scenario(self.scenario))
@@ -199,7 +203,7 @@ class Experiment:
 
     @property
     def scene(self) -> Scene:
-        """Return the viewer's scene before the first scan."""
+        """Viewer's scene before the first scan."""
         odom = self.T_map_odom or self.slam.T_map_base
         deskew, outlines = self.scenario.slam.deskew, tuple(self.outlines)
         curves = plots(battery=self.notes.get("backend") == "hardware")

@@ -100,10 +100,9 @@ def following_experiment(scenario: Scenario, robot: TopicRobot) -> Experiment:
 
 
 def _timing_of(path: Path, config: SlamConfig) -> Timing:
-    """Return the scans at which the run of this log applied its closures, if it had the same settings.
+    """Return the rule for closures: at the scans where the run of this log applied them, if it had the same settings.
 
-    The replay of a real robot's run, which does not wait for closures, then gives the same bits; STEPPED for any other
-    log.
+    A real robot does not wait for closures; by this rule a replay gives the same bits. STEPPED for any other log.
     """
     folder = path if path.is_dir() else path.parent
     if not (folder / "config.yaml").is_file() or read_scenario(folder / "config.yaml").slam != config:

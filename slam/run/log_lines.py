@@ -39,7 +39,7 @@ def geojson_features(scan: int, segments: Segments) -> Iterator[dict[str, Any]]:
 
 
 def _values(segments: Segments) -> Iterator[tuple[Any, ...]]:
-    """Return start (x, y), end (x, y), beams, rho, theta, var_rho, var_theta, cov_rho_theta of each segment."""
+    """Yield start (x, y), end (x, y), beams, rho, theta, var_rho, var_theta, cov_rho_theta of each segment."""
     unknown = [None] * len(segments)
     variances = [unknown, unknown, unknown]
     if segments.covariance is not None:
@@ -107,7 +107,7 @@ def write_lines(
 
 
 def _sinks(log: Log, outputs: Outputs, stack: ExitStack) -> Iterator[Callable[[int, Segments], object]]:
-    """Return the functions that write the segments of a scan, given its number."""
+    """Yield the functions that write the segments of a scan, given its number."""
     if outputs == Outputs():
         sys.stdout.write(CSV_HEADER)
         yield lambda scan, segments: sys.stdout.write(csv_lines(scan, segments))

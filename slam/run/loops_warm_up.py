@@ -1,29 +1,33 @@
-"""Compiles the hot loops of the back end before a run needs them, the first time in a separate process."""
+"""Compiles the hot loops of matching and of the back end in a process beside the first run on a machine."""
 
 import gc
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from slam.compiled import is_cold
 from slam.config import SlamConfig
 from slam.graph.back_end import BackEnd
-from slam.graph.joint_refinement import refine
+from slam.graph.closed_map import ClosedMap
 from slam.graph.key_scan import KeyScan
-from slam.graph.pose_graph import Edge, Edges
+from slam.graph.map_tracking import MapTracking
 from slam.graph.wall_landmarks import wall_spans
 from slam.lidars import TABLE1
 from slam.lines.facets import COUNT, NY, VARIANCE, X, Y
 from slam.mappers import make_mapper
+from slam.mapping.free_space import count_seen_through
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.pose import FloatArray, Pose2D
 
 _LAPS, _KEYS = 6, 3
 """Number of submaps of the same place, and of key scans in each."""
+_LAST: Final = (count_seen_through, wall_spans)
+"""Hot loops of the search of loops and of the end of a run that are compiled late."""
 
 
 def corridor_ranges() -> FloatArray:
@@ -32,36 +36,45 @@ def corridor_ranges() -> FloatArray:
     return np.where(across < 3.0, across, np.inf)
 
 
-def close_loops(config: SlamConfig) -> None:
-    """Close loops in the back end, with key scans of a corridor that is driven along several times."""
-    mapper = make_mapper(config, Pose2D(), 0)
-    assert isinstance(mapper, SurfelMapper)
-    back_end, key = BackEnd(mapper.config, mapper.map.config), _key_scan()
-    for index in range(_LAPS * _KEYS):
-        T_local_laser = np.array([0.3 * (index % _KEYS), 0.0, 0.0])
-        back_end.take(replace(key, T_local_laser=T_local_laser, submaps=(index // _KEYS,), index=index))
+def match_scans(config: SlamConfig) -> None:
+    """Match key scans to a map, after a break too: what every scan needs once its lines are known."""
+    mapper, key = _mapper(config), _key_scan()
+    tracking, closed = MapTracking(mapper.config, mapper.map.config), ClosedMap(mapper.map)
+    for index in range(2):
+        tracking.follow(replace(key, index=index, broken=True), np.zeros(3), closed.map.grid)
+        closed.add(key, np.zeros(3))
+
+
+def close_loops(config: SlamConfig, keys: int = _KEYS) -> None:
+    """Close loops in the back end, with this many key scans in each submap of a corridor that is driven several times.
+
+    With one key scan a submap has no walls, so that no loop is searched, and only the end of a run is compiled.
+    """
+    mapper, key = _mapper(config), _key_scan()
+    back_end = BackEnd(mapper.config, mapper.map.config)
+    for index in range(_LAPS * keys):
+        T_local_laser = np.array([0.3 * (index % keys), 0.0, 0.0])
+        back_end.take(replace(key, T_local_laser=T_local_laser, submaps=(index // keys,), index=index))
     back_end.finish(np.zeros(3))
 
 
-def refine_walls() -> None:
-    """Refine key scans of the corridor and its walls, which the back end does last."""
-    facets, poses, moved = _key_scan().facets, np.array([[0.3 * k, 0.0, 0.0] for k in range(3)]), [0.3, 0.0, 0.0]
-    edges = Edges.of(Edge(k, k + 1, np.array(moved), 1e4 * np.eye(3)) for k in range(2))
-    refine(poses, edges, np.ones(2), [facets] * 3, np.arange(3))
-
-
 @contextmanager
-def compiled_beside() -> Iterator[None]:
-    """Compile the back end in another process while the block runs, before the first run on this machine."""
-    process = _started() if is_cold(wall_spans) else None
+def compiling_beside() -> Iterator[Callable[[], object]]:
+    """Compile in another process while the block runs, before all is compiled on this machine; ends with the block.
+
+    Yields a function that waits until everything is compiled. A process that needs a function which is being compiled
+    waits for that one alone.
+    """
+    process = _started() if any(is_cold(loop) for loop in _LAST) else None
     try:
-        yield
-        if process is not None:
-            process.wait()
+        yield _at_once if process is None else process.wait
     finally:
         if process is not None:
             process.kill()
             process.wait()
+
+
+def _at_once() -> None: ...
 
 
 def _started() -> "subprocess.Popen[bytes] | None":
@@ -71,6 +84,12 @@ def _started() -> "subprocess.Popen[bytes] | None":
         return subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing)
     except OSError:
         return None
+
+
+def _mapper(config: SlamConfig) -> SurfelMapper:
+    mapper = make_mapper(config, Pose2D(), 0)
+    assert isinstance(mapper, SurfelMapper)
+    return mapper
 
 
 def _key_scan() -> KeyScan:
@@ -88,5 +107,6 @@ def _key_scan() -> KeyScan:
 
 if __name__ == "__main__":
     gc.disable()  # the process ends before its garbage matters
+    match_scans(SlamConfig())
     close_loops(SlamConfig())
     gc.freeze()

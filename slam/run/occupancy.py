@@ -83,7 +83,7 @@ class Beams(NamedTuple):
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Return the lowest and highest x and y."""
+        """Lowest and highest x and y."""
         low, high = self.ends.min(axis=0, initial=np.inf), self.ends.max(axis=0, initial=-np.inf)
         return np.minimum(self.origin, low), np.maximum(self.origin, high)
 
@@ -122,7 +122,7 @@ class Occupancy:
 
     @property
     def cells(self) -> NDArray[np.int8]:
-        """Return every cell as OCCUPIED, FREE or UNKNOWN."""
+        """Every cell as OCCUPIED, FREE or UNKNOWN."""
         occupied = self.occupied
         seen = np.where(self.passes > 0, np.int8(FREE), np.int8(UNKNOWN))
         return np.where(occupied, np.int8(OCCUPIED), seen)

@@ -10,7 +10,7 @@ from typing import Any, Final
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.files.atomic_files import write_atomic
-from slam.files.links import lend_file
+from slam.files.links import link_file
 from slam.graph.loop_closing import STEPPED, Timing
 from slam.odometry import Twist2D
 from slam.run.closing_loops import ClosedLoops, LoopCloser
@@ -71,7 +71,7 @@ class Optimization:
 
     @property
     def _timing(self) -> Timing:
-        """Return the rule for closures: with the same settings, the scans of the run."""
+        """Rule for closures: with the same settings, the scans of the run."""
         closures = self.record.traces.closures
         return STEPPED if self.changed or closures is None else Timing(known=closures)
 
@@ -120,7 +120,7 @@ def _link_kept(folder: Path, draft: Path) -> None:
     draft.mkdir()
     for name in KEPT:
         if (folder / name).is_file():
-            lend_file(folder / name, draft / name)
+            link_file(folder / name, draft / name)
 
 
 def _for_all_scans(closed: ClosedLoops, record: RunRecord) -> ClosedLoops:

@@ -39,7 +39,7 @@ class RouteProgress:
         self._next = 0
         self.length = sum(self._legs)
         """Length of the whole route, metres."""
-        self.left = self.length
+        self.remaining = self.length
         """Length from the last known position through all remaining way-points, metres; 0 at the end."""
 
     @property
@@ -56,11 +56,11 @@ class RouteProgress:
         """Update the robot's position, and pass the way-points that it has reached."""
         while (goal := self.goal) is not None:
             distance = T_map_base.distance(goal)
-            self.left = distance + sum(self._legs[self._next + 1 :])
+            self.remaining = distance + sum(self._legs[self._next + 1 :])
             if distance > self._arrival:
                 return
             self._next += 1
-        self.left = 0.0
+        self.remaining = 0.0
 
 
 class Pilot(Protocol):
@@ -95,7 +95,7 @@ class WaypointPilot:
     def progress(self) -> float:
         """Share of the route that is done, 0 to 1."""
         length = self._route_progress.length
-        return min(max(1.0 - self._route_progress.left / length, 0.0), 1.0) if length else 0.0
+        return min(max(1.0 - self._route_progress.remaining / length, 0.0), 1.0) if length else 0.0
 
     def _towards(self, bearing: float) -> Twist2D:
         limit = self._route.turn_speed

@@ -13,7 +13,7 @@ from slam.errors import InputError, StorageError
 from slam.files.atomic_files import require_writable, write_atomic
 from slam.files.disk import storage_error
 from slam.files.graphs.file import read_graph
-from slam.files.links import is_lent, lend_file
+from slam.files.links import is_linked_file, link_file
 from slam.files.logs.read import RUN_LOG
 from slam.files.tum import read_tum, write_tum
 from slam.run.experiment_setup import replay_experiment
@@ -53,7 +53,7 @@ def repair(folder: Path, console: Terminal, force: bool = False) -> Repair:
         kept = set() if force else _kept(folder, again, found)
         for name in kept:
             (again / name).unlink()
-            lend_file(folder / name, again / name)
+            link_file(folder / name, again / name)
         _fit_to_kept(again)
     there = {path.name for path in folder.iterdir()}
     return Repair(sorted(found - kept), sorted(kept), sorted(set(_CHECKS) - there))
@@ -93,11 +93,11 @@ def _fit_to_kept(again: Path) -> None:
     """Extend the closed trajectory and the metrics to the scans of the kept files, if the log has fewer."""
     stamps, estimate = read_tum(again / "trajectory.tum")
     closed, measures = again / "closed.tum", again / "metrics.json"
-    if closed.is_file() and not is_lent(closed):
+    if closed.is_file() and not is_linked_file(closed):
         known, poses = read_tum(closed)
         if len(known) < len(stamps):
             write_tum(closed, stamps, carried_on(known, poses, stamps, estimate))
-    if not is_lent(measures):
+    if not is_linked_file(measures):
         metrics = json.loads(measures.read_text(encoding="utf-8")) | measure(again)
         write_atomic(measures, json.dumps(metrics, indent=2) + "\n")
 

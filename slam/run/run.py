@@ -52,8 +52,8 @@ class Run:
     def require_success(self, lenient: bool = False) -> None:
         """Raise the error of a run that did not end properly.
 
-        It is its own for one that failed, KeyboardInterrupt for one that was interrupted, and ScansLost if most scans
-        of the log were lost, unless ``lenient``.
+        Raises the error with which it failed, KeyboardInterrupt if it was interrupted, and ScansLost if most scans of
+        the log were lost, unless ``lenient``.
         """
         if self.error is not None:
             self.error.add_note(f"what was done is in {self.folder}")

@@ -115,12 +115,12 @@ def _walls(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:
     precision, recall = share.values()
     yield (
         "line map",
-        "{} of {} m is wall, {} of {} m of seen wall is in it".format(
+        "{} of its {} m lie on walls; {} of the {} m of wall that were seen are in it".format(
             precision, known["wall_mapped_m"], recall, known["wall_seen_m"]
         ),
     )
-    yield "walls off", "lengths {} m, ends {} m (median), {} m (90 %)".format(*(known[key] for key in _WALL_ERRORS))
-    yield "walls too many", "{} m in free air, longest {} m; {} m doubled".format(*(known[key] for key in _WALL_FAULTS))
+    yield "wall errors", "length {} m; ends {} m (median), {} m (90 %)".format(*(known[key] for key in _WALL_ERRORS))
+    yield "false walls", "{} m in free air, the longest {} m; {} m twice".format(*(known[key] for key in _WALL_FAULTS))
 
 
 def _localization(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:

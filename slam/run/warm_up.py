@@ -1,6 +1,7 @@
 """Compiles the hot loops before the clock of a run starts."""
 
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from time import perf_counter
 from typing import Final
 
@@ -15,7 +16,7 @@ from slam.lines.wall_runs import wall_runs
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
-from slam.run.loops_warm_up import close_loops, compiled_beside, corridor_ranges, refine_walls
+from slam.run.loops_warm_up import close_loops, compiling_beside, corridor_ranges
 from slam.scan import LaserScan
 
 _PLACES: Final = (*(0.06 * k for k in range(8)), 2.0)
@@ -29,21 +30,34 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
 
     ``search`` includes those of the search in a saved map. The first time on a machine takes a while, with a message.
     """
+    with warming_up(console, config, search, wait=True):
+        pass
+
+
+@contextmanager
+def warming_up(console: Terminal, config: SlamConfig, search: bool = False, wait: bool = False) -> Iterator[None]:
+    """Compile what each scan needs; what loop closing needs is compiled while the block runs, or first with ``wait``.
+
+    A block that closes loops earlier waits for what it needs.
+    """
     began = perf_counter()
-    with console.waiting("loading the hot loops (the first run on a machine compiles them)"):
-        slam = LineSlam(config.model_copy(update={"update_distance": 0.0}), Pose2D())
-        closes_loops = isinstance(slam.mapper, SubmapMapper)
-        with compiled_beside() if closes_loops else nullcontext():
+    with ExitStack() as beside:
+        with console.waiting("loading the hot loops (the first run on a machine compiles them)"):
+            slam = LineSlam(config.model_copy(update={"update_distance": 0.0}), Pose2D())
+            closes_loops = isinstance(slam.mapper, SubmapMapper)
+            finish = beside.enter_context(compiling_beside()) if closes_loops else None
             _run(slam)
-            if closes_loops:
-                refine_walls()  # last in the other process, and by now here
-        if closes_loops:
-            close_loops(config)
-        if search and isinstance(slam.mapper, SurfelMapper):
-            _run(LineLocalizer(config, Pose2D(), slam.mapper.map))
-    taken = perf_counter() - began
-    if taken > 2.0:
-        console.print(f"compiled the hot loops in {taken:.0f} s; they are kept for the next run")
+            if search and isinstance(slam.mapper, SurfelMapper):
+                _run(LineLocalizer(config, Pose2D(), slam.mapper.map))
+            if finish is not None and wait:
+                close_loops(config, keys=1)  # what both processes compile last
+                finish()
+                close_loops(config)
+        taken = perf_counter() - began
+        if taken > 2.0:
+            during = "" if wait else ", and goes on with those of loop closing"
+            console.print(f"compiled the hot loops in {taken:.0f} s{during}; they are kept for the next run")
+        yield
 
 
 def is_first_run(config: SlamConfig) -> bool:

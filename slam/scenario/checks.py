@@ -110,7 +110,7 @@ def _blocked_people(people: Sequence[Person], solids: _Solids) -> Iterator[Findi
         ends = (*person.waypoints, person.waypoints[0]) if person.closed else person.waypoints
         for leg in pairwise(ends):
             if (spot := solids.tight_spot(leg, person.leg_radius)) is not None:
-                yield ("people", k, "waypoints"), f"the way {_leg(leg)} leads through a solid at {_place(spot)}"
+                yield ("people", k, "waypoints"), f"the path {_leg(leg)} leads through a solid at {_place(spot)}"
                 break
 
 
@@ -118,13 +118,13 @@ def _far_places(scenario: Scenario, low: FloatArray, high: FloatArray) -> Iterat
     for key, point in _robot_places(scenario):
         beyond = float(np.maximum(low - point, point - high).max())
         if beyond > FAR:
-            yield key, f"{_place(point)} is {beyond:.0f} m outside of everything that stands; places are in metres"
+            yield key, f"{_place(point)} is {beyond:.0f} m away from all solids; positions are in metres"
 
 
 def _blocked_route(path: Sequence[Point], solids: _Solids) -> Iterator[Finding]:
     for k, leg in enumerate(pairwise(path)):
         if (spot := solids.tight_spot(leg, HALF_WIDTH)) is not None:
-            passes = f"the way {_leg(leg)} leads through or too near to a solid at {_place(spot)}"
+            passes = f"the path {_leg(leg)} leads through or too near to a solid at {_place(spot)}"
             yield ("route", "waypoints", k), f"{passes}; the robot drives straight, and is {2 * HALF_WIDTH:g} m wide"
 
 

@@ -57,7 +57,7 @@ def make_clock(rate: int, control_rate: int, scan_time: float, sweep: float) -> 
     """Make a clock; ``scan_time``, and the ``sweep`` of its beams, in seconds. ValueError if one is not divisible."""
     if rate % control_rate:
         raise ValueError(
-            f"physics.rate = {rate} is no multiple of robot.control_rate = {control_rate}; "
+            f"physics.rate = {rate} is not a multiple of robot.control_rate = {control_rate}; "
             f"choose for example physics.rate = {control_rate * max(round(rate / control_rate), 1)}"
         )
     controls = round(control_rate * scan_time)

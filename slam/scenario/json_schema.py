@@ -48,7 +48,10 @@ def schema_text() -> str:
 
 
 class _Documented(GenerateJsonSchema):
-    """Make the schema; the docstring of each attribute describes its key; a section of a union may omit its method."""
+    """Generator of the schema.
+
+    The docstring of each attribute describes its key; a section of a union may omit its method.
+    """
 
     def model_schema(self, schema: Any) -> dict[str, Any]:
         section = super().model_schema(schema)

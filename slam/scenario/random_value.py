@@ -21,7 +21,7 @@ class _RandomSection(Section):
 
     @property
     def extremes(self) -> tuple[Any, ...]:
-        """Return the values that the schema must accept: both bounds, or every choice."""
+        """Values that the schema must accept: both bounds, or every choice."""
         (values,) = dict(self).values()
         return tuple(values)
 
@@ -58,7 +58,7 @@ class Normal(_RandomSection):
 
     @property
     def extremes(self) -> tuple[Any, ...]:
-        """Return three standard deviations below and above the mean."""
+        """Three standard deviations below and above the mean."""
         mean, sigma = self.normal
         return mean - 3.0 * sigma, mean + 3.0 * sigma
 

@@ -25,12 +25,21 @@ def scenario_reference() -> str:
     schema = scenario_schema()
     kinds = [key for name in _held(schema["$defs"][RANDOM]) for key in schema["$defs"][name]["properties"].items()]
     parts = [_INTRODUCTION, "## The file\n", schema["description"], ""]
-    parts += [*_rows(schema["properties"].items()), *_sections("", schema, schema["$defs"])]
-    return "\n".join([*parts, "## Random values {#random}\n", *_rows(kinds)])
+    parts += [*_rows(schema["properties"].items()), *_sections("", schema, dict(schema["$defs"]))]
+    text = "\n".join([*parts, "## Random values {#random}\n", *_rows(kinds)])
+    return _choices_named(text, schema["$defs"])
+
+
+def _choices_named(text: str, sections: Schema) -> str:
+    """Let a key that chooses among sections name the choice in each link, as in ``kind: office``."""
+    for name, section in sections.items():
+        if choice := _choice(section):
+            text = text.replace(f"[section](#{name.lower()})", f"[{choice}](#{name.lower()})")
+    return text
 
 
 def _sections(place: str, outer: Schema, known: Schema) -> Iterator[str]:
-    """Return the tables of the sections of this one's keys, and of those inside them; each once.
+    """Yield the tables of the sections of this one's keys, and of those inside them; each once.
 
     Finished tables are removed from ``known``, the sections by name.
     """
@@ -46,9 +55,14 @@ def _sections(place: str, outer: Schema, known: Schema) -> Iterator[str]:
 
 def _title(place: str, section: Schema) -> str:
     """Title of a section, as in ``slam.lines, method: paper``."""
-    keys = section["properties"]
-    chosen = [f", `{key}: {keys[key].get('default', OWN)}`" for key in _CHOOSERS if key in keys]
-    return "".join([f"`{place}`", *chosen])
+    choice = _choice(section)
+    return f"`{place}`, {choice}" if choice else f"`{place}`"
+
+
+def _choice(section: Schema) -> str:
+    """Return the value of the key that chooses this section, as in ``kind: office``; empty if there is no such key."""
+    keys = section.get("properties", {})
+    return "".join(f"`{key}: {keys[key].get('default', OWN)}`" for key in _CHOOSERS if key in keys)
 
 
 def _rows(keys: Iterable[tuple[str, Schema]]) -> Iterator[str]:

@@ -12,7 +12,7 @@ Acceleration = Annotated[Positive, Within(0.0, 50.0, "m/s^2", "mm/s^2", 1e-3)]
 
 
 class WheelErrors(Section):
-    """Wheels that the firmware assumes to steer the robot and to compute its odometry.
+    """Wheel sizes that the firmware assumes when it controls the wheels and computes the odometry.
 
     The robot itself has wheels of 0.0975 m radius, 0.330 m apart; if the assumptions differ, its path differs from the
     odometry.
@@ -23,11 +23,11 @@ class WheelErrors(Section):
     right_radius: SmallLength = 0.0975
     """Radius that the firmware assumes for the right wheel, metres."""
     track: SmallLength = 0.330
-    """Wheel track that the firmware assumes, metres; 0.357 follows from the vendor's factors, and is correct if
-    ``traction.effective_track`` is the same."""
+    """Wheel track that the firmware assumes, metres. The vendor's parameters give 0.357, which is correct on a floor
+    with ``traction.effective_track = 0.357``."""
     travel_noise: Annotated[NotNegative, Within(0.0, 1.0, "m", "mm", 1e-3)] = 0.0
-    """Random slip: standard deviation of each wheel's reported distance after one metre, metres (grows with the
-    root)."""
+    """Random slip: standard deviation of each wheel's reported distance after one metre, metres. It grows with the
+    square root of the distance."""
     encoder_noise: NotNegative = 0.0
     """Standard deviation of each reading of an encoder, ticks (76,600 per turn); it does not accumulate."""
     firmware_units: bool = True

@@ -12,7 +12,7 @@ TopicName = Annotated[str, StringConstraints(pattern=r"^/[A-Za-z_][A-Za-z0-9_]*(
 class RosConfig(Section):
     """Topics of ``--backend ros`` and ``hopslam ros slam``, in addition to ``/tf`` and ``/tf_static``.
 
-    Domain and discovery range are those of the environment: see docs/ros.md.
+    The environment variables of ROS choose the domain and the discovery range: see docs/ros.md.
     """
 
     scan_topic: TopicName = "/scan"

@@ -45,7 +45,7 @@ Generator = Annotated[
     | Annotated[LoopGenerator, Tag("loop")],
     Discriminator(_kind),
 ]
-"""Generator: ``kind`` chooses it, and its settings."""
+"""A generator of worlds with its settings; ``kind`` selects it."""
 
 
 class Scenario(Section):
@@ -74,7 +74,7 @@ class Scenario(Section):
 
     @property
     def path(self) -> list[Point]:
-        """Return the start and the way-points: the robot drives straight from one to the next; map frame, metres."""
+        """Start and way-points, map frame, metres; the robot drives straight from one to the next."""
         return [(self.robot.start.x, self.robot.start.y), *self.route.waypoints]
 
     @property
@@ -85,7 +85,7 @@ class Scenario(Section):
         return make_clock(self.physics.rate, self.robot.control_rate, lidar.scan_time, sweep)
 
     @model_validator(mode="after")
-    def _the_clocks_divide(self) -> Self:
+    def _has_valid_times(self) -> Self:
         scan_time = self.lidar.description.lidar.scan_time
         if self.duration < scan_time:
             raise ValueError(f"duration = {self.duration:g} s ends before the first scan, which takes {scan_time:g} s")

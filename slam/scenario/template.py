@@ -20,7 +20,7 @@ _ATTEMPTS: Final = 50
 class ScenarioTemplate:
     """A scenario file as read: ``draw(seed)`` makes a scenario of it.
 
-    All random values are checked at both ends of their range, each with the others at their first end. Raises
+    Each random value is checked at both ends of its range, while all others are at their first end. Raises
     ScenarioError, with file, line and key. ``allowed`` are the modules and ``module:name`` places whose code the user
     allows; other code is refused. With None code may be named, but cannot run.
     """

@@ -143,7 +143,7 @@ class YamlFile:
 
 
 def _children(node: yaml.Node | None) -> list[tuple[str | int, int, yaml.Node]]:
-    """Yield (key or index, line from 0, value) of the direct children."""
+    """Return (key or index, line from 0, value) of the direct children."""
     if isinstance(node, yaml.MappingNode):
         return [(str(key.value), key.start_mark.line, value) for key, value in node.value]
     if isinstance(node, yaml.SequenceNode):

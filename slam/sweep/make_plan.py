@@ -88,7 +88,7 @@ def _config_of_names(names: Sequence[str]) -> dict[str, Any]:
 
 
 def _code_in(config: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
-    """Return the ``module:name`` places in a sweep's configuration, each with its key."""
+    """Yield the ``module:name`` places in a sweep's configuration, each with its key."""
     values = [(part, key, value) for part in ("settings", "sample") for key, value in config.get(part, {}).items()]
     values += [("grid", key, value) for key, several in config.get("grid", {}).items() for value in several]
     for part, key, value in values:

@@ -70,5 +70,5 @@ def _job_of(row: Row) -> Job:
         settings=tuple(row["settings"]),
     )
     if job.id != row["id"]:
-        raise InputError(f"{row['source']} is not what it was when {row['id']} was run; no run can be the same")
+        raise InputError(f"{row['source']} has changed since {row['id']} was run, which therefore cannot be repeated")
     return job

@@ -99,7 +99,7 @@ def read_rows(file: IO[bytes], columns: list[str] | None = None) -> Iterator[Row
 
 
 def whole_rows(file: IO[bytes]) -> tuple[list[Row], bool]:
-    """Return the rows of the readable row groups of a results file; True if they are all of it."""
+    """Return the rows of the readable row groups of a results file, and True if all row groups are readable."""
     arrow_error = import_optional("pyarrow", "sweep").ArrowException
     damage = (arrow_error, OSError, ValueError, LookupError)
     rows, whole = list[Row](), True
@@ -122,7 +122,7 @@ def whole_rows(file: IO[bytes]) -> tuple[list[Row], bool]:
 def row_fault(row: Any) -> str | None:
     """Describe the fault of a row; None if there is none."""
     if not isinstance(row, dict):
-        return "is no object"
+        return "is not an object"
     for name, kind in _KINDS.items():
         if not isinstance(row.get(name), kind) or isinstance(row.get(name), bool):
             return f"{name} is {str(row.get(name))[:20]!r}"

@@ -23,7 +23,7 @@ _OperationsPointer = ctypes.POINTER(_Operations)
 def open_dds_topic(participant: Any, name: str, message_type: str) -> Any:
     """Return a topic of DDS for messages of a type such as ``sensor_msgs/msg/LaserScan``.
 
-    A sample of it is made of the bytes of a message, its ``data``. Names:
+    A sample has one attribute, ``data``: the bytes of a message. Names of topics and types follow
     https://design.ros2.org/articles/topic_and_service_names.html.
     """
     return import_optional("cyclonedds.topic", EXTRA).Topic(participant, f"rt{name}", _struct(message_type))
@@ -44,7 +44,7 @@ def _struct(message_type: str) -> Any:
 
 def _field(kind: Any) -> Any:
     """Return the type of a field that rosbags describes as a pair (kind, details)."""
-    from rosbags.interfaces import Nodetype  # late, as all of rosbags
+    from rosbags.interfaces import Nodetype  # imported here, as rosbags loads slowly
 
     types = import_optional("cyclonedds.idl.types", EXTRA)
     match kind:

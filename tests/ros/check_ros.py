@@ -60,7 +60,7 @@ class Program:
 
 
 class RosNode(Program):
-    """``ros_client.py`` in the Python of a distribution, once it is there."""
+    """``ros_client.py`` in the Python of a ROS distribution; the constructor waits until it is ready."""
 
     def __init__(self, python: Path, *words: object) -> None:
         super().__init__(python, CLIENT, *words)
@@ -80,7 +80,7 @@ def run_robot(folder: Path, duration: float, *words: str) -> Program:
 
 
 def wait_for(path: Path, lines: int) -> None:
-    """Wait until a file has so many lines."""
+    """Wait until a file has this number of lines."""
     until = time.monotonic() + 30.0
     while not (path.is_file() and len(path.read_text().splitlines()) >= lines):
         assert time.monotonic() < until, path
@@ -101,7 +101,7 @@ def test_no_scan_is_lost_and_none_is_late(client: Path, tmp_path: Path) -> None:
 
 
 def assert_is_map(heard: dict[str, Any], folder: Path) -> None:
-    """The grid is the pair of files that the run is exported as."""
+    """Check that the grid equals the files to which the run is exported."""
     import yaml
     from PIL import Image
 
@@ -117,7 +117,8 @@ def assert_is_map(heard: dict[str, Any], folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run whose lidar is in the middle of the base, as the wheels have no tf2_msgs to tell another place."""
+    """A run whose lidar is in the middle of the base, as the packages of rclpy lack tf2_msgs, so that no other mount
+    can be sent."""
     folder = tmp_path_factory.mktemp("recorded") / "run"
     settings = [*PLAN, "--set", "lidar.mount.x=0", "--set", "duration=20"]
     with hopslam("run", "corridor", *settings, "--out", folder) as robot:
@@ -129,7 +130,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_what_rclpy_hears_is_the_log_byte_by_byte(client: Path, recorded: Path, tmp_path: Path) -> None:
-    """So that a bag of it replays to the same run; its first second may pass before the client is found."""
+    """A bag of these messages replays to the same run. The client may be found only after the first second."""
     sent = hopslam("replay", recorded, "--ros", "--set", "slam.mode=dead_reckoning", "--out", tmp_path / "sent")
     with RosNode(client, "record", 90) as node, sent:
         sent.output()
@@ -180,7 +181,7 @@ def test_a_script_drives_and_the_robot_stands_without_it(client: Path, kind: lis
         robot.output()
     _, poses = read_tum(folder / "groundtruth.tum")
     assert np.hypot(*(poses[killed - 1, :2] - poses[0, :2])) > 1.0
-    standing = poses[killed + 15 :]  # half a second of silence, and what its brakes need
+    standing = poses[killed + 15 :]  # after half a second without commands, and braking
     assert len(standing) > 30
     assert_allclose(standing[:, :2], np.broadcast_to(standing[-1, :2], standing[:, :2].shape), atol=2e-3)
 

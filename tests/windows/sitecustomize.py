@@ -1,7 +1,7 @@
 """Windows, as far as hopslam can tell, on a system of another kind: Python imports this at its start by PYTHONPATH.
 
-What hopslam's own modules import lacks what Windows does not have; other packages see their system as it is. For all,
-nobody may make symbolic links, files that are open keep their names, and text is cp1252 with lines that end in CR LF.
+The modules that hopslam imports lack what Windows does not have; other packages see the real system. In the whole
+process symbolic links cannot be made, open files cannot be renamed or removed, and text is cp1252 with CR LF.
 """
 
 import builtins

@@ -24,7 +24,7 @@ class BlockRun(NamedTuple):
     """Result of one run in the building; seconds, metres and bytes."""
 
     scans: int
-    way: float
+    path_length: float
     odometry_ate: float
     live_ate: float
     final_ate: float
@@ -52,13 +52,13 @@ def block_table(seed: int, config: SlamConfig, console: Terminal, scans: int = S
         jobs, description = [(seed, settings, scans)], f"a building of {scans} scans, loops: {way}"
         rows += [(way, *_cells(run)) for run in run_in_workers(run_blocks, jobs, description, console, 1)]
     columns = (
-        "loops", "scans", "way\nm", "odometry\nATE, m", "live\nATE, m", "final\nATE, m", "ms", "p99",
+        "loops", "scans", "path\nm", "odometry\nATE, m", "live\nATE, m", "final\nATE, m", "ms", "p99",
         "front end\ns", "after the\nscans, s", "front end\nCPU s", "back end\nCPU s", "front end\nMB", "back end\nMB",
         "tried", "accepted", "wrong", "believed", "wrong,\nbelieved",
     )  # fmt: skip
     notes = (
-        "A lidar of 361 beams and 20 m, a scan every half metre. Milliseconds and seconds of the wall clock: a stepped "
-        "run waits for its back end. Memory: the most there was; of the front end, beyond the log and the code."
+        "A lidar of 361 beams and 20 m, a scan every half metre. Milliseconds and seconds are wall time: a stepped run "
+        "waits for its back end. Memory: peak; that of the front end without the log and the code."
     )
     return ResultTable(f"A building of blocks, seed {seed}", columns, rows, notes)
 
@@ -100,7 +100,7 @@ def _cells(run: BlockRun) -> tuple[str, ...]:
         else [str(count) for count in (loops.tried, loops.accepted, loops.wrong, loops.believed, loops.believed_wrong)]
     )
     return (
-        str(run.scans), f"{run.way:.0f}", f"{run.odometry_ate:.1f}", f"{run.live_ate:.3f}", f"{run.final_ate:.3f}",
-        *milliseconds(run.times), *(f"{value:.1f}" for value in seconds), f"{run.front_memory / 1e6:.0f}",
-        f"{run.back_memory / 1e6:.0f}", *counts,
+        str(run.scans), f"{run.path_length:.0f}", f"{run.odometry_ate:.1f}", f"{run.live_ate:.3f}",
+        f"{run.final_ate:.3f}", *milliseconds(run.times), *(f"{value:.1f}" for value in seconds),
+        f"{run.front_memory / 1e6:.0f}", f"{run.back_memory / 1e6:.0f}", *counts,
     )  # fmt: skip

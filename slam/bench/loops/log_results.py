@@ -101,7 +101,7 @@ def reference_at_scans(path: Path, log: Log, found: BothWays) -> InterpolatedPos
 
 
 def score_trajectory(path: Path, log: Log, poses: FloatArray) -> TrajectoryScore:
-    """Score the poses (N, 3) at the scans of a log by its reference files, and by the map that its scans draw there."""
+    """Score the poses (N, 3) at the scans of a log by its reference files and by the map of its scans."""
     relations, centre, ate = (float("nan"),) * 3
     if (known := _beside(path, "relations.gz")).is_file():
         rows = read_relations(known)

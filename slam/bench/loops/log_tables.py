@@ -74,11 +74,12 @@ def error_table(results: Sequence[LogResult]) -> ResultTable:
         "Carto-\ngrapher",
     )  # fmt: skip
     notes = (
-        "Live: the pose at each scan as it was known then. Final: after the last scan. Seconds of processor time until "
-        "then. Relations: mean error, metres; centre: of the robot's centre. ATE: metres, after alignment. Open: what "
-        "lays the last scans onto the first. Off axes: root mean square of the directions of the walls. Crisp: "
-        "occupied 5 cm cells for every 1000 points, fewer are better. The last four: relations of Hess et al., 2016, "
-        "which is another measure than the ATE beside which it stands for aces."
+        "Live: the poses as estimated at each scan. Final: the poses after the last scan. Seconds: processor time of "
+        "the whole run. Relations: mean error, metres; centre: that of the robot's centre. ATE: metres, after "
+        "alignment. Open: motion that aligns the last scans with the first. Off axes: root mean square deviation of "
+        "the walls from the main directions. Crisp: occupied 5 cm cells for every 1000 points, fewer are better. The "
+        "last four columns are the relations of Hess et al., 2016; for aces they stand in the row of ATE, which is "
+        "another measure."
     )
     rows = [row for result in results for row in _error_rows(result)]
     return ResultTable("Loops closed on recorded logs", columns, rows, notes)
@@ -128,8 +129,8 @@ def loop_table(results: Sequence[LogResult]) -> ResultTable:
     """Make the table of the loops that were found."""
     columns = ("log", "tried", "accepted", "judged", "wrong", "believed", "wrong,\nbelieved")
     notes = (
-        "Wrong: more than 0.5 m or 6 deg off the reference, median of pairs of its scans; judged: those that the "
-        "reference covers. Believed: edges that keep more than half of their weight in the graph."
+        "Judged: loops that the reference covers. Wrong: the median error over the pairs of their scans is more than "
+        "0.5 m or 6 deg. Believed: edges that keep more than half of their weight in the graph."
     )
     rows = [(result.name, *map(str, result.loops)) for result in results if result.loops is not None]
     return ResultTable("The loops", columns, rows, notes)
@@ -146,7 +147,10 @@ def place_table(results: Sequence[LogResult]) -> ResultTable:
         for result in results
         if (found := result.places) is not None and found.pairs
     ]  # fmt: skip
-    notes = "Share of the pairs of submaps within 4 m, with 12 m of way between, whose true place is among the first."
+    notes = (
+        "Share of the pairs of submaps, at most 4 m apart and at least 12 m apart along the path, whose true place is "
+        "among the first."
+    )
     return ResultTable("Places from walls alone", columns, rows, notes)
 
 
@@ -154,8 +158,8 @@ def cost_table(results: Sequence[LogResult]) -> ResultTable:
     """Make the table of processor times."""
     columns = ("log", "scans", "never\nms", "p99", "auto\nms", "p99", "after the\nlast scan, s", "all\nratio")
     notes = (
-        "Processor time of an update, both in turn on the same scans: of the thread that asks, extraction included. "
-        "Ratio: of all threads, from the first scan to the closed map."
+        "Processor time of an update in the calling thread, extraction included; both modes take the same scans in "
+        "turn. Ratio: of the time of all threads, from the first scan to the closed map, to that without loops."
     )
     rows = [
         (

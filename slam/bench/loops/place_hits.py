@@ -16,7 +16,7 @@ from slam.pose import FloatArray, compose_poses, path_lengths, relative_poses, w
 from slam.run.scoring.pose_errors import InterpolatedPoses
 
 RANKS: Final = (1, 3, 6)
-"""Numbers of first places among which the true one is searched."""
+"""Values of k: the true place is searched among the first k proposals."""
 NEAR: Final = 4.0
 """Two submaps are compared if their middles are nearer than this, metres."""
 APART: Final = 12.0

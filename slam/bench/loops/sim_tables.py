@@ -50,9 +50,9 @@ def hour_table(run: Drive) -> ResultTable:
         )  # fmt: skip
         searched = size.seconds
     notes = (
-        "Processor time of an update of the front end, and of all that the back end did meanwhile; MB of key scans. "
-        f"After the last scan {run.finish_time:.1f} s; ATE {100 * run.ate:.1f} cm then, {100 * run.final_ate:.1f} cm "
-        "in the end."
+        "Processor time of an update of the front end, and of the back end in the same five minutes; MB of key scans. "
+        f"The final loop closing takes {run.finish_time:.1f} s; ATE {100 * run.ate:.1f} cm before it, "
+        f"{100 * run.final_ate:.1f} cm after it."
     )
     return ResultTable(f"One hour around {HOUR_SCENARIO}", columns, rows, notes)
 
@@ -72,8 +72,9 @@ def _run_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
         loops = str(auto.loops.accepted), f"{auto.loops.believed}, {auto.loops.believed_wrong}"
         rows.append((f"{name}, {seed}", endings, *cells, *loops, f"{auto.finish_time:.2f}"))
     notes = (
-        "Against the truth, without alignment. Each way drives by its own poses: no two drives are the same. "
-        f"Wrong is a loop that is more than {WRONG_METRES} m or {np.degrees(WRONG_RADIANS):.0f} deg off."
+        "Errors against the truth, without alignment. The robot steers by its own estimate, with loops and without, so "
+        f"no two drives are the same. A loop is wrong if it is off by more than {WRONG_METRES} m or "
+        f"{np.degrees(WRONG_RADIANS):.0f} deg."
     )
     return ResultTable("Loops driven in the simulator", columns, rows, notes)
 
@@ -98,8 +99,8 @@ def _mean_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
             )
         )  # fmt: skip
     notes = (
-        "Walls: of those seen whole, in the map at the end; in the closed map where loops are closed. In all: the sum "
-        "of what they are too long or too short, as a share of their length."
+        "Wall lengths and ends: errors of walls that were seen whole, in the final map, which is the closed one with "
+        "loops. In all: sum of the length errors, as a share of the length of these walls."
     )
     return ResultTable("All seeds together", columns, rows, notes)
 

@@ -58,8 +58,8 @@ def _table(found: Mapping[StressCase, Sequence[StressErrors]]) -> ResultTable:
         "final\nbelow 8 cm",
     )  # fmt: skip
     notes = (
-        "Median and worst of the seeds; mean error of the relations, else ATE. Mended: backward motions have their "
-        "sign again."
+        "Median and worst of the seeds, of the mean error of the relations, or of the ATE without relations. Mended: "
+        "the lost signs of backward motions are restored."
     )
     return ResultTable("Loops on logs made harder", columns, [_row(case, runs) for case, runs in found.items()], notes)
 

@@ -45,12 +45,12 @@ class Fig3:
 
     @property
     def point_errors(self) -> FloatArray:
-        """Return the distance of every point of the scan from the nearest wall, metres, (M,)."""
+        """Distance of every point of the scan from the nearest wall, metres, (M,)."""
         return self._off_walls(self.scan.points())
 
     @property
     def segment_errors(self) -> FloatArray:
-        """Return the distance of the middle of every segment's line from the nearest wall, metres, (S,)."""
+        """Distance of the middle of every segment's line from the nearest wall, metres, (S,)."""
         middles = (self.segments.start + self.segments.end) / 2.0
         off_line = np.sum(self.segments.normals * middles, axis=1) - self.segments.rho
         return self._off_walls(middles - off_line[:, None] * self.segments.normals)

@@ -34,7 +34,7 @@ def reproduce(out: Path, quick: bool, console: Terminal) -> PaperReport:
     ``quick`` uses fewer points and trials and a shorter drive, and the report states that. InputError if ``out`` cannot
     be written or scikit-image is missing, StorageError if the disk fails.
     """
-    import_optional("skimage.transform", "bench")  # before minutes of work
+    import_optional("skimage.transform", "bench")  # fails before the long measurement
     with require_writable(out, _REMEDY):
         out.mkdir(parents=True, exist_ok=True)
     count, trials = (QUICK_POINTS, QUICK_TRIALS) if quick else (table_2.POINTS, TRIALS)

@@ -51,9 +51,17 @@ def figure_3(result: Fig3) -> ResultTable:
             ("angle from beam to beam", f"{degrees(scan.angle_increment):.3f} deg", "1.875 deg"),
             ("points", f"{len(ranges)}", ""),
             ("ranges", f"{ranges.min():.3f} to {ranges.max():.3f} m", "0.06 to 4 m"),
-            ("most that a point is off the walls", f"{1e3 * result.point_errors.max():.0f} mm", "25 mm or 2.5 %"),
+            (
+                "largest distance of a point from the walls",
+                f"{1e3 * result.point_errors.max():.0f} mm",
+                "25 mm or 2.5 %",
+            ),
             ("segments", f"{len(result.segments)}", ""),
-            ("most that one's middle is off", f"{1e3 * result.segment_errors.max():.0f} mm", ""),
+            (
+                "largest distance of a segment's middle from the walls",
+                f"{1e3 * result.segment_errors.max():.0f} mm",
+                "",
+            ),
         ],
         "The paper tells the pose (section 2) and the sensor (Table 1) and draws the points; it prints no range and no "
         "number of segments. The walls are those of scenarios/paper_simulation.yaml, in the shape of Fig. 1, for which "
@@ -97,8 +105,8 @@ def figure_8(result: Fig8) -> ResultTable:
              f"{result.hough_seconds / result.prefix_sums_seconds:.0f}", ""),
         ],
         "Hough is scikit-image's, on pixels of 1 cm and steps of 1 degree. Its second row lowers the votes until BC is "
-        "found. In the paper Hough misses BC, and hopping finds all three. A line counts for a wall when it passes "
-        "both its ends nearer than 5 cm.",
+        "found. In the paper Hough misses BC, and hopping finds all three. A line belongs to a wall if both ends of "
+        "the wall are within 5 cm of it.",
     )  # fmt: skip
 
 
@@ -133,11 +141,11 @@ def figure_21(result: Fig21) -> ResultTable:
         ("sigma_3 by", "lines and\nall else, s", *map_columns),
         rows,
         "Wall time of the method in scenarios/paper_corridor.yaml, which simulates the paper's corridor: "
-        f"{len(result.matching)} of {result.scans} scans were mapped. All three find the same segments, so one run "
-        "gives the matching, and the lines of its scans are found again by each. Physics, files and drawing are not "
-        "counted. The paper says no more than that 1302 of 1453.2 s went into map updating and localization, 89 % as "
-        "it rounds. The share depends on which part is written faster: theirs is MATLAB, ours compiled matching beside "
-        "numpy's SVD or compiled sums. It grows with the drive, as the map does.",
+        f"{len(result.matching)} of {result.scans} scans were mapped. All three methods find the same segments, so the "
+        "matching was timed in one run, and each method extracted the lines of its scans again. Physics, files and "
+        "drawing are not counted. The paper states only that map updating and localization took 1302 of 1453.2 s, "
+        "rounded to 89 %. The share depends on the implementation of each part: theirs is MATLAB, ours is compiled "
+        "matching with numpy's SVD or compiled sums. It grows during the drive, as the map does.",
     )
 
 

@@ -24,7 +24,7 @@ def chained(start: FloatArray, moved: FloatArray) -> FloatArray:
 
 
 def size_of_steps(moved: FloatArray) -> FloatArray:
-    """Return the size of each step, metres and radians added, (N,)."""
+    """Return the size of each step, the sum of metres and radians, (N,)."""
     return np.asarray(np.hypot(moved[:, 0], moved[:, 1]) + np.abs(moved[:, 2]))
 
 

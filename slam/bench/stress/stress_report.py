@@ -69,9 +69,10 @@ def stress_cases(names: Sequence[str], folder: Path, variants: Sequence[str], co
 
 def _table(found: Mapping[StressCase, Sequence[StressRun]]) -> ResultTable:
     notes = (
-        "Error: median of the seeds; mean of the relations for a log that has some, else ATE; against all times of the "
-        "reference, to which odometry that is not made harder carries the estimate. Mended: backward motions have "
-        f"their sign again. A variant without chance has {TINY_NOISE} on its ranges. Below: runs under 8 cm."
+        "Error: median of the seeds, of the mean error of the relations, or of the ATE for a log without relations. At "
+        "times without a scan the estimate is continued by the original odometry. Mended: the lost signs of backward "
+        f"motions are restored. A variant without random numbers has {TINY_NOISE} on its ranges. Below: runs with less "
+        "than 8 cm."
     )
     return ResultTable("On logs made harder", COLUMNS, [_row(case, runs) for case, runs in found.items()], notes)
 

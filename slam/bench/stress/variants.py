@@ -24,7 +24,7 @@ STRETCHES: Final = np.linspace(0.08, 0.9, 6)
 STRETCH: Final = 3.0
 """Length of a stretch with clutter, metres."""
 CLUTTER: Final = 0.4, 0.8
-"""Metres: the nearest clutter, and the least range in front of which there may be some."""
+"""Least range of clutter, and least range of a wall that clutter may hide, metres."""
 
 TINY_NOISE: Final = "noise=0.002"
 """Noise too small to matter, which makes runs with different seeds differ."""
@@ -99,7 +99,7 @@ def noise(log: Log, sigma: float, random: Generator) -> Log:
 
 
 def scatter(log: Log, share: float, random: Generator) -> Log:
-    """Add clutter in six stretches of the path: this share of the beams ends before the wall, as at chair legs."""
+    """Add clutter in six stretches of the path: this share of the beams ends before the wall, as on chair legs."""
     distances, ranges = path_lengths(log.T_odom_base), np.asarray(log.ranges)
     begins = STRETCHES * distances[-1]
     cluttered = ((distances[:, None] >= begins) & (distances[:, None] < begins + STRETCH)).any(axis=1)

@@ -149,7 +149,7 @@ class GraphDocument(_Strict):
             if loop.agreeing > loop.tested:
                 yield f"loops.{k}.agreeing: {loop.agreeing} of {loop.tested} that were tested"
             if loop.believed != (loop.weight > BELIEVED):
-                yield f"loops.{k}.believed: needs a weight above {BELIEVED:g}, which is {loop.weight:g}"
+                yield f"loops.{k}.believed: is true for weights above {BELIEVED:g} only; the weight is {loop.weight:g}"
             if not own.get(k) or not nodes.issuperset(own[k]):
                 yield f"loops.{k}: it has no constraint, or one without a key scan"
 

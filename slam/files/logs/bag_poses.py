@@ -65,7 +65,7 @@ class PoseSeries:
         return None if self.twists is None else _interpolated(stamps, self.stamps, self.twists)
 
     def holes(self, stamps: FloatArray, longest: float = 1.0) -> list[tuple[float, float]]:
-        """Return begin and end of the gaps without a pose, longer than ``seconds`` and than usual.
+        """Return begin and end of the times without a pose, if they are longer than ``longest`` seconds and than usual.
 
         Only times between the first and the last of these stamps count.
         """
@@ -98,7 +98,7 @@ class Mount(NamedTuple):
 
 
 class FrameTree:
-    """Return the first transform to each frame."""
+    """The tree of frames: the first transform to each."""
 
     def __init__(self, transforms: Iterable[Transform]) -> None:
         self._links: dict[str, Transform] = {}

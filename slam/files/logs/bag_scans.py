@@ -50,11 +50,11 @@ class BagScan:
     """True if its beams are in the reverse order of the message."""
 
     def upright(self, inverted: bool) -> tuple[BagScan, Lidar]:
-        """Return the scan with its beams counter-clockwise from above, and its fan.
+        """Return the scan with its beams counter-clockwise from above, and a description of its lidar.
 
-        ``inverted`` for a lidar upside down. Upside down, bearings change their sign. If the order of the beams is
-        reversed, so are their times: the stamp is that of the beam that is now first. The fan's ``scan_time`` is that
-        of the whole log, and 0 here.
+        ``inverted`` is True for a lidar that is mounted upside down: its bearings change their sign. If the order of
+        the beams is reversed, so are their times: the stamp is that of the beam that is now first. ``scan_time`` of the
+        description is left 0, as one scan does not show it.
         """
         sign, beams = -1.0 if inverted else 1.0, self.beams
         first, step, turned = ordered_bearings(
@@ -97,7 +97,7 @@ def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
 
 
 def whole_scan(raw: RawMessage, scan: BagScan, inverted: bool) -> LaserScan:
-    """Return the scan of a message with its ranges; ``inverted`` for a lidar upside down."""
+    """Return the scan of a message with its ranges; ``inverted`` if the lidar is mounted upside down."""
     upright, fan = scan.upright(inverted)
     ranges = _ranges(raw)
     return LaserScan(
@@ -109,9 +109,9 @@ def whole_scan(raw: RawMessage, scan: BagScan, inverted: bool) -> LaserScan:
 def ranges_of(
     raws: Iterable[tuple[int, RawMessage]], places: Iterable[int], turned: Iterable[bool]
 ) -> Iterator[FloatArray]:
-    """Yield the ranges of the scans in the numbered messages with these indices, metres.
+    """Yield the ranges, metres (REP-117), of the messages at ``places``, which are indices of ``raws``.
 
-    They follow REP-117; ``turned`` says which of them to reverse.
+    ``turned`` has True for each scan whose ranges are reversed.
     """
     for raw, is_turned in zip(at_places(raws, places), turned, strict=False):
         ranges = _ranges(raw)

@@ -29,9 +29,9 @@ _TYPES: Final = frozenset(
 _OLD_RANGE_MAX: Final = 80.0
 """Metres: range limit of an old message in readlog.c."""
 _SICK_CODES: Final = ((81.83, 81.92), (8.183, 8.192))
-"""Readings of a SICK have 13 bits, centimetres or millimetres; from 8183 on they are error codes."""
+"""Readings of a SICK have 13 bits, centimetres or millimetres; 8183 and more are error codes."""
 _SINGLE_READINGS: Final = 100_000
-"""Number of the largest readings with a single occurrence that are kept to see whether they occur again."""
+"""Number of largest readings that are remembered after they occurred once, to detect a second occurrence."""
 _RIGID: Final = (0.02, 0.02, 0.01)
 """Largest variation of a fixed mount: x and y in metres, theta in radians."""
 
@@ -99,9 +99,9 @@ def _stamps(messages: Sequence[Message], statistics: ReadStatistics) -> FloatArr
 def _messages(
     lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics, values: dict[str, float]
 ) -> Iterator[Message]:
-    """Yield the laser messages; this project's parameters go to ``values``.
+    """Yield the laser messages, and put the parameters that are used into ``values``.
 
-    Others are counted, garbled lines skipped.
+    Other messages are counted, and garbled lines are skipped.
     """
     scans = 0
     for number, line in lines:

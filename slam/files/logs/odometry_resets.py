@@ -1,4 +1,4 @@
-"""Joins wheel odometry that was set to another pose during a log."""
+"""Removes the jumps from wheel odometry that was reset during a log."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TURN: Final = 0.6
 _STALE: Final = 0.5
 """Seconds for which wheels may repeat the same reading before they catch up."""
 _USUAL: Final = 3.0
-"""Factor from the usual speed of a robot, the median while it moves, to its largest."""
+"""Ratio of a robot's largest speed to its usual one, which is the median while it moves."""
 _SPEED: Final = 1.0
 _TURNING: Final = 2.0
 """Speeds that are always possible, m/s and rad/s."""
@@ -60,12 +60,12 @@ def join_resets(stamps: FloatArray, poses: FloatArray) -> Joined:
 
 
 def note_resets(joined: Joined, seconds: Sequence[float], statistics: ReadStatistics) -> None:
-    """Note how often the odometry was set to another pose, and at which of these seconds first and last."""
+    """Note how often the odometry was reset, and when first and last; ``seconds`` are the times of the poses."""
     first, last = joined.resets[0], joined.resets[-1]
     place = f"at {seconds[first]:.3f} s" + ("" if last == first else f" to {seconds[last]:.3f} s")
     statistics.notes.append(
-        f"{len(joined.resets)} reset{'s' * (last != first)} of its odometry joined, {place}, the first by "
-        f"{joined.lengths[0]:.2f} m"
+        f"its odometry was reset {len(joined.resets)} time{'s' * (last != first)}, {place}, first by "
+        f"{joined.lengths[0]:.2f} m; the jumps are removed"
     )
 
 

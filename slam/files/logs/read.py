@@ -44,7 +44,7 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
 
         return bag.read(path, reader, topics or BagTopics())
     if topics is not None and any(topics):
-        raise LogError(f"{path}: has no topics, as it is no bag; leave out --scan-topic and --odom-topic")
+        raise LogError(f"{path}: has no topics, as it is not a bag; leave out --scan-topic and --odom-topic")
     statistics = ReadStatistics(path)
     with closing(_readable_lines(statistics)) as lines:
         head = list(islice(lines, _HEAD))

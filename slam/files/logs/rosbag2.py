@@ -46,7 +46,7 @@ def messages(folder: Path) -> Iterator[RawMessage]:
     LogError if there is no file of a bag; TruncatedFile after the last message if a file is damaged, truncated, or
     unpacks to more than the limits allow.
     """
-    notes = [] if (folder / METADATA).is_file() else [f"it has no {METADATA}, as after a recorder that was killed"]
+    notes = [] if (folder / METADATA).is_file() else [f"it has no {METADATA}; was its recorder killed?"]
     for path in _files(folder):
         try:
             yield from file_messages(path)
@@ -57,7 +57,10 @@ def messages(folder: Path) -> Iterator[RawMessage]:
 
 
 def file_messages(path: Path) -> Iterator[RawMessage]:
-    """Yield the messages of one file of a bag, packed singly or not; raises TruncatedFile as ``messages`` does."""
+    """Yield the messages of one file of a bag, and unpack them if they are packed one by one.
+
+    Raises TruncatedFile as ``messages`` does.
+    """
     raws = _of_file(path)
     if (first := next(raws, None)) is not None:
         whole = chain([first], raws)
@@ -108,7 +111,7 @@ def _of_file(path: Path) -> Iterator[RawMessage]:
     elif head == _SQLITE:
         yield from _of_database(path)
     else:
-        raise TruncatedFile(path, f"begins with {head!r}, and is no sqlite3 and no MCAP file")
+        raise TruncatedFile(path, f"begins with {head!r}, and is neither an sqlite3 nor an MCAP file")
 
 
 def _of_packed_file(path: Path) -> Iterator[RawMessage]:
@@ -149,7 +152,7 @@ def _of_database(path: Path) -> Iterator[RawMessage]:
 
 
 def _unpacked_messages(raws: Iterator[RawMessage], path: Path) -> Iterator[RawMessage]:
-    """Unpack messages that are packed singly with zstd."""
+    """Unpack messages that are packed one by one with zstd."""
     losses, unpacker, ending = Losses(path, "message"), Unpacker(), ""
     try:
         for number, raw in enumerate(raws, 1):

@@ -140,7 +140,7 @@ def _grid_text(grid: Grid) -> str:
         "cells": _lines(cells),
         "surfels": _lines(surfels),
         "evidence": _lines(grid.evidence[:taken].tolist()),
-        "way": json.dumps(grid.way),
+        "way": json.dumps(grid.path_length),
         "born": json.dumps(grid.surfels[:taken, BORN].tolist()),
     }
     return "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}"
@@ -172,7 +172,7 @@ def _grid(saved: SavedGrid) -> Grid:
         corner=corner,
         cell=saved.cell,
         counts=counts,
-        way=saved.way,
+        path_length=saved.way,
     )
 
 

@@ -24,7 +24,7 @@ def cdr_of_json(text: bytes, name: str) -> bytes:
         message = _message(name, json.loads(text))
         return bytes(ros2_types().serialize_cdr(message, name))
     except _UNUSABLE as error:
-        raise BadLine(f"is no {name} as JSON") from error
+        raise BadLine(f"is not a {name} in JSON") from error
 
 
 def _message(name: str, given: Any) -> Any:

@@ -113,7 +113,7 @@ class _Topics:
         self._channels: dict[int, Channel] = {}
 
     def message(self, record: McapRecord) -> Iterator[RawMessage]:
-        """Return the message in a record, if it is one; KeyError if its channel or schema is unknown."""
+        """Yield the message in a record, if it is one; KeyError if its channel or schema is unknown."""
         if isinstance(record, Schema):
             self._schemas[record.id] = record
         elif isinstance(record, Channel):
@@ -125,10 +125,10 @@ class _Topics:
 
 
 def _unpacked(chunk: Chunk, unpacker: Unpacker) -> bytes:
-    """Yield the records of the chunk. DamagedChunk for a wrong checksum, KeyError for an unknown packing."""
+    """Return the unpacked data of a chunk. DamagedChunk for a wrong checksum, KeyError for an unknown compression."""
     data = unpacker.chunk(chunk.compression, chunk.data) if chunk.compression else chunk.data
     if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
-        raise DamagedChunk("its sum is wrong")
+        raise DamagedChunk("its checksum is wrong")
     return data
 
 

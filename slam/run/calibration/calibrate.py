@@ -113,7 +113,7 @@ def wheel_settings(scenario: Scenario, backend: str, fit: WheelFit) -> dict[str,
 
 
 def _joined(legs: Sequence[Leg]) -> Leg:
-    """Yield one leg after the other: each begins with the last pose of the one before."""
+    """Join legs into one: each begins with the last pose of the one before."""
 
     def whole(parts: list[FloatArray]) -> FloatArray:
         return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])

@@ -36,7 +36,7 @@ def write_csv(record: RunRecord, out: Path) -> None:
 
 
 def _trajectories(record: RunRecord) -> Iterator[tuple[str, FloatArray]]:
-    """Return the prefix of the columns, and the poses (K, 3), of each trajectory."""
+    """Yield the prefix of the columns, and the poses (K, 3), of each trajectory."""
     yield "", record.traces.estimate
     if record.traces.closed is not None:
         yield "closed_", record.traces.closed

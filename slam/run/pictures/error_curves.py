@@ -54,7 +54,7 @@ def draw_errors(folder: Path) -> None:
 
 
 def paper_curves(traces: Traces) -> Iterator[tuple[str, Figure]]:
-    """Return figures by name; Figs. 17 to 19 only if the true pose is known."""
+    """Yield figures by name; Figs. 17 to 19 only if the true pose is known."""
     if traces.truth is not None:
         for (name, scale, label), error in zip(_ERRORS, pose_errors(traces.estimate, traces.truth).T, strict=True):
             yield name, _curve(np.arange(len(error)), scale * error, label)

@@ -39,7 +39,7 @@ def loops_until(graph: RunGraph, poses: FloatArray, scan: int) -> LoopLines:
 
 
 def draw_loops(axes: Axes, loops: LoopLines, colours: Palette) -> None:
-    """Draw them, with labels for a legend."""
+    """Draw the lines, with labels for a legend."""
     looks = (loops.believed, colours.loop, "-", "o"), (~loops.believed, colours.doubt, (0, (3, 2)), "X")
     for (which, colour, dash, mark), name in zip(looks, NAMES, strict=True):
         if not which.any():

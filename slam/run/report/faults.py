@@ -72,7 +72,7 @@ def _on_the_way(traces: Traces) -> Iterator[str]:
 
 
 def _counted(text: str, are: NDArray[np.bool_], stamps: FloatArray) -> Iterator[str]:
-    """Return the sentence if the mask has any scan, with the times of the first ones."""
+    """Yield the sentence if the mask has any scan, with the times of the first ones."""
     if not are.any():
         return
     starts = stamps[are & ~np.append(False, are[:-1])]

@@ -34,7 +34,7 @@ def write_figures(records: Sequence[RunRecord], folder: Path) -> int:
 
 
 def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
-    """Return figures by the names of their files; those that need the true pose only if it is known."""
+    """Yield figures by the names of their files; those that need the true pose only if it is known."""
     traces = record.traces
     yield "map", map_figure(contents_of(record), longest=8.0)
     if (before := contents_without_loops(record)) is not None:

@@ -28,7 +28,7 @@ def inline_svg(figure: Figure, name: str, label: str) -> Markup:
     text = StringIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "path.simplify_threshold": 0.3}):
         save_figure(figure, text, format="svg", transparent=True, metadata={"Date": None})
-    return Markup(_cleaned(text.getvalue(), name, label))  # made by matplotlib, the label is escaped
+    return Markup(_cleaned(text.getvalue(), name, label))  # safe: matplotlib made it, and the label is escaped
 
 
 def inline_figures(
@@ -45,7 +45,7 @@ def inline_figures(
 def _cleaned(svg: str, name: str, label: str) -> str:
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    svg = re.sub(r' id="(?!p|m|image|[CD][0-9_])[^"]*"', "", svg)  # of groups: nothing refers to them
+    svg = re.sub(r' id="(?!p|m|image|[CD][0-9_])[^"]*"', "", svg)  # drop ids of groups, which are not used
     svg = re.sub(r' id="', f' id="{name}-', svg)
     svg = re.sub(r'(url\(#|xlink:href="#)', rf"\1{name}-", svg)
     for variable, colour in _STAND_INS.items():

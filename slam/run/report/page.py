@@ -58,7 +58,7 @@ def _overlays(records: Sequence[RunRecord], names: Sequence[str]) -> list[tuple[
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """Format one value for a table."""
+    """One cell of a table: the text of its value, and whether it is the best in its row."""
 
     text: str
     best: bool = False
@@ -78,9 +78,9 @@ def metric_rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Ce
 
 
 def is_comparable(run: Mapping[str, Any]) -> bool:
-    """Return True for a run that ended by itself and without damage.
+    """Return True for a run that was completed.
 
-    Otherwise a shorter path would have smaller errors.
+    A run that was cut short is not compared: its shorter path would have smaller errors.
     """
     return run.get("ending") in _COMPLETE
 

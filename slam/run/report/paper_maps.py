@@ -26,7 +26,7 @@ class ScanPoints:
     T_base_laser: Pose2D
 
     def placed(self, poses: FloatArray, before: int | None = None) -> FloatArray:
-        """Return all points (N, 2) with the robot at ``poses`` (K, 3), one for each scan, or those ``before`` one."""
+        """Return the points (N, 2) of all scans, or of those before the scan ``before``, for these ``poses`` (K, 3)."""
         parts = [
             (Pose2D(*poses[k]) @ self.T_base_laser).transform(points)
             for k, points in zip(self.scans, self.points, strict=True)
@@ -36,7 +36,7 @@ class ScanPoints:
 
 
 def scan_points(record: RunRecord) -> ScanPoints:
-    """Read them from the log of the run; InputError if it has none."""
+    """Read the points of all mapped scans from the log of the run; InputError if it has none."""
     mapped = record.traces.steps["mapped"] == 1
     seen = [(k, o.scan.points()) for k, (o, use) in enumerate(zip(record.observations(), mapped, strict=False)) if use]
     return ScanPoints([k for k, _ in seen], [points for _, points in seen], record.T_base_laser)

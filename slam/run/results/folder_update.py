@@ -9,7 +9,7 @@ from typing import Final
 
 from slam.files.atomic_files import DRAFT, clear_drafts
 from slam.files.disk import disk
-from slam.files.links import is_lent
+from slam.files.links import is_linked_file
 
 READY: Final = ".ready"
 """Folder of new files that are all complete, and not all in place yet."""
@@ -21,7 +21,7 @@ def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
 
     If the block ends without an error, one rename makes them valid; then each is put in place, and the ``outdated``
     ones are removed. If the process is killed after that rename, ``finish_update`` does the rest. Links made by
-    ``lend_file`` (symbolic or hard links) are not moved into the folder.
+    ``link_file`` (symbolic or hard links) are not moved into the folder.
     """
     finish_update(folder)
     clear_drafts(folder)
@@ -30,7 +30,7 @@ def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
         new = draft / "run"
         yield new
         for path in new.iterdir():
-            if is_lent(path):
+            if is_linked_file(path):
                 path.unlink()
         for name in outdated:
             (new / name).touch()

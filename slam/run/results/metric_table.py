@@ -49,7 +49,7 @@ _METRICS: Final = (
         ".1f",
         True,
     ),
-    Metric("right_after_s", "right after", "", "s", "Time until the robot was sure, and right.", ".1f", True),
+    Metric("right_after_s", "right after", "", "s", "Time until the robot was sure of its true pose.", ".1f", True),
     Metric("lost_scans", "lost", "", "scans", "Scans in which the robot was not sure of its pose.", "d", True),
     Metric("odometry_only", "odometry alone", "", "scans", "Matched scans that were rejected.", "d", True),
     Metric(
@@ -74,9 +74,15 @@ _METRICS: Final = (
     Metric(
         "wall_free_air_m", "walls", "in free air", "m", "Mapped length more than 0.1 m from any solid.", ".2f", True
     ),
-    Metric("wall_phantom_m", "walls", "longest phantom", "m", "Longest such piece of one line.", ".2f", True),
+    Metric("wall_phantom_m", "walls", "longest phantom", "m", "Longest piece of one line in free air.", ".2f", True),
     Metric(
-        "wall_doubled_m", "walls", "doubled", "m", "Mapped length in addition to the first line on a wall.", ".2f", True
+        "wall_doubled_m",
+        "walls",
+        "doubled",
+        "m",
+        "Length of lines on a wall beyond the first line.",
+        ".2f",
+        True,
     ),
     Metric("wall_length_error_m", "wall lengths", "median", "m", "Error of the length of a whole wall.", ".3f", True),
     Metric(
@@ -130,14 +136,14 @@ def more_is_better(key: str) -> bool:
 def metrics_fault(metrics: Any) -> str | None:
     """Describe the fault in the content of a ``metrics.json``; None if there is none."""
     if not isinstance(metrics, dict):
-        return f"is no object but {str(metrics)[:20]!r}"
+        return f"is not an object but {str(metrics)[:20]!r}"
     for key, value in metrics.items():
         number = key.removeprefix("closed_").removeprefix("odometry_") in METRICS
         if number and not (value is None or (isinstance(value, int | float) and abs(value) < _LARGEST)):
-            return f"{key}: {str(value)[:20]!r} is no number"
+            return f"{key}: {str(value)[:20]!r} is not a number"
         if key in _TEXTS and not isinstance(value, str):
-            return f"{key}: {str(value)[:20]!r} is no text"
-    return None if _is_date(metrics.get("began")) else f"began: {metrics['began']!r} is no date"
+            return f"{key}: {str(value)[:20]!r} is not text"
+    return None if _is_date(metrics.get("began")) else f"began: {metrics['began']!r} is not a date"
 
 
 def _is_date(text: str | None) -> bool:

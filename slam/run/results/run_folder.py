@@ -35,7 +35,7 @@ def _stamped(name: str, runs: Path) -> Path:
     runs.mkdir(parents=True, exist_ok=True)
     latest = runs / "latest"
     if latest.exists() and not is_folder_link(latest):
-        raise InputError(f"{latest}: is no link that could point at the new run; move it away, or give --out")
+        raise InputError(f"{latest}: is not a link that could point at the new run; move it away, or give --out")
     folder = _first_free(runs / f"{shortened(name)}-{datetime.now():%Y%m%d-%H%M%S}")
     link_folder(latest, folder)
     return folder

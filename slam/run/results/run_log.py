@@ -38,7 +38,7 @@ class KnownMap(NamedTuple):
 
     @classmethod
     def of(cls, notes: Mapping[str, Any]) -> Self | None:
-        """Make it from the notes of an experiment, or its metrics; None for a run without a saved map."""
+        """Read the map and the start from the notes of an experiment, or its metrics; None without a saved map."""
         return cls(str(notes["map"]), str(notes.get("start", "search"))) if "map" in notes else None
 
 
@@ -77,9 +77,9 @@ class RunLog(Closing):
 
 
 def _chunk_size(step_size: int, scan_time: float) -> int:
-    """Return the chunk size for steps of that size and time; if they are slow, each message has its own chunk.
+    """Return the chunk size for steps of this size and duration; for slow steps each message has its own chunk.
 
-    One step more than these may be lost, as a chunk can end within one.
+    A kill loses the steps of the last chunk, and one more, because a chunk can end within a step.
     """
     steps = int(_LOST / scan_time + 1e-6) - 1 if scan_time > 0.0 else 0
     return step_size * min(steps, _SCANS_PER_CHUNK) if steps > 1 else 1

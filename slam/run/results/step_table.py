@@ -24,9 +24,9 @@ _LARGEST: Final = 1e18
 
 
 def read_steps(path: Path) -> tuple[NDArray[Any], str | None]:
-    """Read records (K,), with a field for each column, and the fault of the line at which a damaged table ends.
+    """Read the rows up to the first damaged line, as records (K,) with a field for each column.
 
-    The fault is None for an intact file. InputError for a damaged head.
+    Also return the fault of that line, None for an intact file. InputError for a damaged first line.
     """
     values, fault = array("d"), None
     with closing(read_lines(path)) as lines:

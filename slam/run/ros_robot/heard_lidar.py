@@ -79,5 +79,5 @@ def _parsed(raw: RawMessage) -> BagScan | None:
     try:
         return parse_laser_scan(raw, 0)
     except BadLine as fault:
-        _LOG.debug("%s: a scan that cannot be used is passed over: %s", raw.topic, fault)
+        _LOG.debug("%s: ignored a scan that cannot be used: %s", raw.topic, fault)
         return None

@@ -78,7 +78,7 @@ class HeardTopics:
     def _note(self, topic: Topic, fault: BadLine) -> None:
         self._garbled += 1
         if self._garbled == 1:
-            _LOG.warning("%s: a message that cannot be read is passed over: %s", topic.name, fault)
+            _LOG.warning("%s: ignored a message that cannot be read: %s", topic.name, fault)
 
     def _hear_scan(self, raw: RawMessage) -> None:
         with self._news:

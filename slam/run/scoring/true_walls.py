@@ -41,8 +41,8 @@ class TrueWalls(NamedTuple):
 def true_walls(outlines: Sequence[FloatArray]) -> TrueWalls:
     """Return the free faces of solids with these outlines (K, 2), each convex and counter-clockwise.
 
-    Parts that touch another solid or lie within it are no faces. Faces that touch on one line are joined: a wall may be
-    made of many solids.
+    Parts that touch another solid or lie within it are not faces. Faces that touch on one line are joined, as a wall
+    may be made of many solids.
     """
     if not outlines:
         return _sampled(np.empty((0, 2, 2)))

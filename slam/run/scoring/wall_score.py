@@ -134,7 +134,7 @@ def _end_errors(walls: TrueWalls, required: NDArray[np.bool_], pieces: Pieces, l
 def wall_ends(walls: TrueWalls) -> NDArray[np.bool_]:
     """Return True for the starts and ends of faces beyond which no other continues, (F, 2).
 
-    The wall continues behind a thin wall that touches it, and at a small step, as at a closed door.
+    The wall continues behind a thin wall that touches it, and at a small step such as that of a closed door.
     """
     along = (walls.faces[:, 1] - walls.faces[:, 0]) / walls.lengths[:, None]
     beyond = walls.faces + BEYOND * np.stack([-along, along], axis=1)

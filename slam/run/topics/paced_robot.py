@@ -14,7 +14,7 @@ _FARTHEST_BEHIND: Final = 0.2
 
 
 class PacedRobot(WrappedRobot):
-    """Returns each scan when its time has come on the wall clock; ``pace`` is the factor from wall time to its time.
+    """Returns each scan when its time has come on the wall clock; ``pace`` is the robot's time per wall time.
 
     While it waits, ``tick`` gets the time of the robot, seconds, 100 times a second.
     """

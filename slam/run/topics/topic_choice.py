@@ -47,13 +47,13 @@ class TopicChoice:
                 console.print(f"Foxglove: open {foxglove.address} in the app")
             yield topics
             if topics.commands.garbage:
-                console.warn(f"/cmd_vel: {topics.commands.garbage} messages were no velocity, and were passed over")
+                console.warn(f"/cmd_vel: {topics.commands.garbage} messages were ignored: they were not velocities")
 
     def _check_pace(self) -> None:
         if self.pace is not None and not self:
             raise InputError(f"--pace {self.pace:g} is for a run on topics; add --ros or --foxglove")
         if self.pace is not None and not self.pace >= 0.0:
-            raise InputError(f"--pace {self.pace:g}: time does not run back; give a number from 0 on, or inf")
+            raise InputError(f"--pace {self.pace:g}: time does not run backwards; give a number of 0 or more, or inf")
 
 
 def parse_address(given: bool | int | str) -> tuple[str, int]:

@@ -47,7 +47,7 @@ class VelocityCommands:
                 self.garbage += 1
                 first = self.garbage == 1
             if first:
-                _LOG.warning("%s: a message that is no velocity is passed over: %s", topic.name, fault)
+                _LOG.warning("%s: ignored a message that is not a velocity: %s", topic.name, fault)
             return
         with self._changed:
             self._twist, self._at, self.count = twist, monotonic(), self.count + 1
@@ -55,13 +55,13 @@ class VelocityCommands:
 
     @property
     def twist(self) -> Twist2D:
-        """Return the last command; zero after half a second without one."""
+        """Last command; zero after half a second without one."""
         with self._changed:
             return self._twist if monotonic() - self._at < SILENCE else Twist2D()
 
     @property
     def last(self) -> tuple[int, Twist2D]:
-        """Return the number of commands, and the last of them, whatever its age."""
+        """Number of commands, and the last of them, whatever its age."""
         with self._changed:
             return self.count, self._twist
 

@@ -85,7 +85,7 @@ class Batch(NamedTuple):
     map: MapSnapshot | None
 
     def chunks(self, plots: Sequence[str]) -> Iterator[Chunk]:
-        """Return the chunks of the batch for rerun."""
+        """Yield the chunks of the batch for rerun."""
         if self.frames:
             yield from frame_chunks(self.frames)
         for frame in self.frames:

@@ -37,7 +37,7 @@ class Chunk:
 
 
 def frame_chunks(frames: Sequence[Frame]) -> Iterator[Chunk]:
-    """Return all chunks of these scans except their strokes."""
+    """Yield all chunks of these scans except their strokes."""
     when = _times_of(frames)
     counts = [len(frame.points) for frame in frames]
     positions = at_height(_rounded(np.concatenate([frame.points for frame in frames])), 0.0)
@@ -105,7 +105,7 @@ def _yaw_quaternions(angles: FloatArray) -> Float32Array:
 
 
 def stroke_chunks(before: Frame | None, frames: Sequence[Frame]) -> Iterator[Chunk]:
-    """Return the strokes of the three trajectories from one scan to the next."""
+    """Yield the strokes of the three trajectories from one scan to the next."""
     chain = list(frames) if before is None else [before, *frames]
     poses: dict[str, Callable[[Frame], Pose2D | None]] = {
         "odometry": lambda frame: frame.odometry, "slam": lambda frame: frame.slam, "truth": lambda frame: frame.truth,
@@ -124,7 +124,7 @@ def stroke_chunks(before: Frame | None, frames: Sequence[Frame]) -> Iterator[Chu
 
 
 def plot_chunks(frames: Sequence[Frame], names: Sequence[str]) -> Iterator[Chunk]:
-    """Return the points of these curves at these scans."""
+    """Yield the points of these curves at these scans."""
     when = _times_of(frames)
     for name in names:
         values = np.array([PLOTS[name].values(frame) for frame in frames], np.float64)
@@ -140,14 +140,14 @@ def event_chunk(events: Sequence[Event]) -> Chunk:
 
 
 def map_chunks(index: int, stamp: float, points: FloatArray, ends: FloatArray) -> Iterator[Chunk]:
-    """Return the map at one scan: points (N, 2), walls (M, 2, 2)."""
+    """Yield the map at one scan: points (N, 2), walls (M, 2, 2)."""
     when = _times([index], [stamp])
     yield Chunk("map/points", when, rr.Points3D.columns(positions=at_height(points, 0.0)).partition([len(points)]))
     yield Chunk("map/lines", when, rr.LineStrips3D.columns(strips=at_height(ends, 0.01)).partition([len(ends)]))
 
 
 def loop_chunks(index: int, stamp: float, shown: LoopsShown) -> Iterator[Chunk]:
-    """Return path and loops as known from one scan on; doubtful loops are dashed and crossed out."""
+    """Yield path and loops as known from one scan on; doubtful loops are dashed and crossed out."""
     when = _times([index], [stamp])
     if len(shown.path):
         way = rr.LineStrips3D.columns(strips=[at_height(shown.path, 0.04)]).partition([1])

@@ -76,7 +76,7 @@ def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
     points = np.empty((0, 2)) if saved is None else saved.mapper.map.points
     broadcast.send(list(map_chunks(0, float(record.traces.stamps[0]), points, record.walls)))
     steps = record.traces.steps
-    matched = np.maximum.accumulate(np.where(steps["mapped"] == 1, np.arange(len(steps)), 0))  # the last one, of each
+    matched = np.maximum.accumulate(np.where(steps["mapped"] == 1, np.arange(len(steps)), 0))  # last matched scan
     told = [(LOST, steps["lost"] == 1), (ODOMETRY_ONLY, record.traces.odometry_only[matched])]
     jumps = _jumps(record)
     changes = [(texts, are, np.append(are[:1], are[1:] != are[:-1])) for texts, are in told]
@@ -113,7 +113,7 @@ def _jumps(record: RunRecord) -> dict[int, str]:
     traces, graph = record.traces, record.graph
     if traces.local is None:
         return {}
-    told, last = {}, -1  # the submap of the previous closure: those between have loops that moved nothing alone
+    told, last = {}, -1  # ``last``: submap of the previous closure; loops of later ones are told with the next closure
     for k in np.flatnonzero(traces.jumps).tolist():
         submap = int(traces.steps["closure"][k])
         loops = [] if graph is None else [loop for loop in graph.loops if last < loop.submap <= submap]

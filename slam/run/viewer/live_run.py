@@ -87,7 +87,7 @@ class EventDetector:
         self._T_map_local = Pose2D()
 
     def detect(self, step: Step) -> Iterator[Event]:
-        """Return the events that begin or end in this step."""
+        """Yield the events that begin or end in this step."""
         for level, text in self._new_events(step):
             yield Event(step.index, step.estimate.stamp, level, text)
 

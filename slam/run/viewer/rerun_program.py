@@ -100,7 +100,7 @@ def _start(command: Sequence[str], stdin: int) -> subprocess.Popen[bytes]:
 
 
 def _without_telemetry() -> dict[str, str]:
-    """Return an environment in which rerun sends no usage data and writes no consent to them into the user's home.
+    """Return an environment in which rerun sends no usage data, and writes no file about that in the user's home.
 
     Rerun sends nothing if CI is set, unless FORCE_RERUN_ANALYTICS is.
     """

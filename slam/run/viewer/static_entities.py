@@ -16,7 +16,7 @@ _NOSE: Final = np.array([[0.0, -0.09], [0.17, 0.0], [0.0, 0.09]])
 
 
 def static_entities(scene: Scene) -> Iterator[tuple[str, rr.AsComponents]]:
-    """Return the entities that are logged once, and the styles of those that are logged at every scan."""
+    """Yield the entities that are logged once, and the styles of those that are logged at every scan."""
     walls = [at_height(np.vstack([outline, outline[:1]]), -0.01) for outline in scene.outlines]
     yield "map/walls", rr.LineStrips3D(walls, colors=palette.TRUE_WALLS, radii=rr.Radius.ui_points(0.75))
     if scene.route is not None and len(scene.route) > 1:
@@ -41,7 +41,7 @@ def _robot() -> Iterator[tuple[str, rr.AsComponents]]:
 
 
 def _looks() -> Iterator[tuple[str, rr.AsComponents]]:
-    """Return colours and sizes; sizes are in points of the screen, to be visible at any distance."""
+    """Yield colours and sizes; sizes are in points of the screen, to be visible at any distance."""
     points = rr.Radius.ui_points
     yield "map/scan", rr.Points3D.from_fields(radii=points(1.6))
     yield "map/scan", rr.Transform3D(translation=(0.0, 0.0, 0.03))

@@ -107,9 +107,9 @@ class Viewers(Closing):
             self._urls = list(dict.fromkeys(url for target in self._targets if (url := self._url(target))))
 
     def open(self, scene: Scene, folder: Path | None = None) -> Broadcast | None:
-        """Start all viewers that do not run yet; None without a target.
+        """Start all viewers that are not running yet; None without a target.
 
-        With a file, one is also made in the run's folder.
+        If a target is a file, the run's folder gets a recording too.
         """
         if not self._targets:
             return None

@@ -54,7 +54,7 @@ class CampusGenerator(Section):
     corridor_width: Span = (3.2, 3.8)
     """Least and largest width of a wing's corridor, metres."""
     room_length: Span = (2.5, 6.0)
-    """Least and largest length of a room along the corridor, metres; rooms in a row have about the same share of it."""
+    """Least and largest length of a room along the corridor, metres. Rooms are stretched to fill their row."""
     room_depth: Span = (1.5, 4.5)
     """Least and largest depth of a room, metres."""
     shut: float = Field(0.6, ge=0, le=1)

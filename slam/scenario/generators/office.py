@@ -119,7 +119,7 @@ class OfficeGenerator(Section):
 
     @property
     def _room_front(self) -> float:
-        """Return y of the room-side face of the corridor wall, in the frame of a row, metres."""
+        """Coordinate y of the room-side face of the corridor wall, in the frame of a row, metres."""
         return self.corridor_width / 2.0 + _THICKNESS
 
     def _floors(self, row: RoomRow) -> list[tuple[Point, Point]]:

@@ -101,6 +101,6 @@ class SpaceRow:
 
 
 def drawn_lengths(total: float, span: tuple[float, float], rng: np.random.Generator) -> tuple[float, ...]:
-    """Divide a length into parts with ratios drawn from the span; their mean is at least the span's."""
+    """Draw lengths from the span, and stretch them all to fill ``total``; their mean is at least that of the span."""
     weights = rng.uniform(*span, max(int(total / np.mean(span)), 1))
     return tuple((total * weights / weights.sum()).tolist())

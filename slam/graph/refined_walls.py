@@ -28,7 +28,7 @@ class RefinedWalls(NamedTuple):
 
 
 def refined_walls(sights: Sights, walls: FoundWalls, equations: WallEquations, T_map_local: FloatArray) -> RefinedWalls:
-    """Transform the walls of sights in the frame ``local`` by this pose (3,) in the map."""
+    """Return the refined walls in the map; all arguments are in the frame ``local``, whose pose is ``T_map_local``."""
     spans = wall_spans(sights.points, walls.lines, walls.sights, walls.begins)
     nx, ny, x, y = walls.lines.T
     ends = np.column_stack([x, y])[:, None] + spans[:, :, None] * np.column_stack([-ny, nx])[:, None]
@@ -46,8 +46,8 @@ def wall_covariances(walls: RefinedWalls, poses: FloatArray, covariances: FloatA
 
     The poses (N, 3) have the covariances (N, 3, 3).
 
-    A wall has the error of its anchor, plus its own given the poses. Other scans of the wall correlate the two, which
-    is ignored: the result is rather too large.
+    The covariance of a wall is that of its anchor's pose, plus its own for known poses. Their correlation, by other
+    scans that see the wall, is ignored: the result is rather too large.
     """
     along = walls.ends[:, 1] - walls.ends[:, 0]
     tx, ty = (along / np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-12)[:, None]).T
@@ -59,7 +59,7 @@ def wall_covariances(walls: RefinedWalls, poses: FloatArray, covariances: FloatA
 
 
 def _anchors(equations: WallEquations) -> IntArray:
-    """Return the node of the pair of each wall that has the most weight, (M,)."""
+    """Return the node of the scan that has the most weight in each wall, (M,)."""
     weight = np.hypot(equations.coupling[:, 0, 0], equations.coupling[:, 1, 0])
     wall = np.repeat(np.arange(len(equations.begins) - 1), np.diff(equations.begins))
     best_first = np.lexsort((-weight, wall))

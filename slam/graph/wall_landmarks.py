@@ -18,7 +18,7 @@ SIDES: Final = 16
 CELL: Final = 0.3
 """Length of a piece along a wall, metres."""
 TABLE: Final = 512
-"""Cells to each side of the table of pieces, which is repeated over the plane."""
+"""Rows and columns of the table of pieces; cells this many apart share an entry."""
 NEIGHBOURS = 2  # cells to each side in which a wall may continue
 WALL_COSINE = 0.95  # least cosine between the normals of a piece and of its wall
 SIGMAS = 0.5  # standard deviations of a piece's position that are added to the largest deviation from a straight wall
@@ -93,7 +93,8 @@ def wall_spans(points: FloatArray, lines: FloatArray, numbers: IntArray, begins:
 def _sort_keys(points: FloatArray, normals: FloatArray) -> tuple[IntArray, IntArray]:
     """Return the cell of each facet, and a key that sorts the facets of a cell; (F,) each.
 
-    The cell is by the side of the facet and its position along it; the order is across the wall.
+    The cell depends on the direction that the facet faces and on its position along the wall; the key sorts by the
+    position across the wall.
     """
     cell, key = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
     for f in range(len(points)):

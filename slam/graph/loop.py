@@ -54,7 +54,8 @@ def loop_keys(
     The first is the middle one of the agreeing key scans of the found submap. The second is the key scan nearest to it
     in the submap in which the loop was found.
 
-    ``keys_of`` has the key scans of every submap, ``key_of`` gives that of a node; ``poses`` (K, 3) are those of all.
+    ``keys_of`` has the key scans of every submap, ``key_of`` returns the key scan of a node, and ``poses`` (K, 3) are
+    the poses of all key scans.
     """
     pairs = []
     for loop in loops:

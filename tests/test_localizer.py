@@ -185,7 +185,7 @@ def test_the_commands_localize_in_a_saved_map(small_log: Path, tmp_path: Path) -
 
 
 def test_localize_has_the_options_of_replay(small_log: Path, tmp_path: Path) -> None:
-    """It takes a run folder with its settings, or a bag with topics; a scenario and a log refuse the other's options."""
+    """It takes a run folder with its settings, or a bag with topics; scenario and log refuse the other's options."""
     run, folder = CliRunner(), tmp_path / "run"
     where = ["--map", str(folder / "map.json"), "--out"]
     made = run.invoke(app, ["replay", str(small_log), "--set", "slam.deskew=false", "--out", str(folder)])

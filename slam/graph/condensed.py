@@ -88,7 +88,7 @@ class CondensedGraph:
         return [*steps, *self._graph.ties.values()]
 
     def edges_of(self, number: int) -> list[Edge]:
-        """Return the edges of a submap, whose ends are numbers of submaps; information of loops includes their weight."""
+        """Return the edges of a submap, which join numbers of submaps; information of loops includes their weight."""
         loops = zip(self._edges, self.weights.tolist(), strict=True)
         weighed = [edge._replace(information=weight * edge.information) for edge, weight in loops if weight > BELIEVED]
         return [edge for edge in [*self.chain(), *weighed] if number in (edge.first, edge.second)]

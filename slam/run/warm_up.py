@@ -56,8 +56,8 @@ def warming_up(console: Terminal, config: SlamConfig, search: bool = False, wait
                 close_loops(config)
         taken = perf_counter() - began
         if taken > 2.0:
-            during = "" if wait else ", and goes on with those of loop closing"
-            console.print(f"compiled the hot loops in {taken:.0f} s{during}; they are kept for the next run")
+            of, rest = ("", "") if wait else (" of a scan", ", and compiles those of loop closing beside the run")
+            console.print(f"compiled the hot loops{of} in {taken:.0f} s{rest}; they are kept for the next run")
         yield
 
 

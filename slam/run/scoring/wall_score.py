@@ -8,7 +8,6 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from slam.pose import FloatArray
 from slam.run.scoring.true_walls import TrueWalls
@@ -139,6 +138,13 @@ def wall_ends(walls: TrueWalls) -> NDArray[np.bool_]:
     """
     along = (walls.faces[:, 1] - walls.faces[:, 0]) / walls.lengths[:, None]
     beyond = walls.faces + BEYOND * np.stack([-along, along], axis=1)
-    near = cKDTree(walls.samples).query_ball_point(beyond, NEAR)
-    ends = [not np.any(along[walls.face_of[at]] @ along[f] >= SAME_WAY) for (f, _), at in np.ndenumerate(near)]
-    return np.array(ends).reshape(-1, 2)
+    order = np.argsort(walls.samples[:, 0])
+    samples, ways = walls.samples[order], along[walls.face_of[order]]
+    first = np.searchsorted(samples[:, 0], beyond[..., 0] - NEAR)
+    last = np.searchsorted(samples[:, 0], beyond[..., 0] + NEAR, side="right")
+    ends = np.ones(first.shape, np.bool_)
+    for place in np.ndindex(*ends.shape):
+        strip = slice(first[place], last[place])
+        near = np.hypot(*(samples[strip] - beyond[place]).T) <= NEAR
+        ends[place] = not np.any(ways[strip][near] @ along[place[0]] >= SAME_WAY)
+    return ends

@@ -162,7 +162,7 @@ def test_an_interrupted_run_is_closed(lap_log: Path, tmp_path: Path) -> None:
         ("loops.0.number", 5, "loops.0.number: is 5"),
         ("loops.0.submap", 99, "loops.0: joins submaps 99 and"),
         ("loops.0.agreeing", 1000, "loops.0.agreeing: 1000 of"),
-        ("loops.0.believed", False, "loops.0.believed: needs a weight above 0.5"),
+        ("loops.0.believed", False, "loops.0.believed: is true for weights above 0.5 only"),
         ("loops.0.weight", 2.0, "loops.0.weight: "),
         ("loops.0.proposal", "guess", "loops.0.proposal: "),
         ("loops.0.colour", "red", "loops.0.colour: unknown key"),

@@ -305,7 +305,7 @@ def test_scans_of_another_epoch_match_their_odometry() -> None:
     log = read([mount()], at(scans(), lambda _, time: 100.0 + time), odometry())
     assert_is_tidy(log, stamps=False, within=0.01)
     assert log.stamps[0] == pytest.approx(100.0)
-    assert "40 of 40 stamps of its odometry are not of the clock of its scans" in log.report
+    assert "40 of 40 stamps of its odometry are of another clock than its scans" in log.report
 
 
 def test_a_whole_log_of_another_epoch_stays_as_it_is() -> None:

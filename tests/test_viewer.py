@@ -162,8 +162,8 @@ def test_a_frame_is_in_the_map_frame() -> None:
 def test_events_are_reported_once_and_at_their_end() -> None:
     detector = EventDetector()
     steps = [step(0), step(1, stalled=True), step(2, stalled=True), step(3), step(4, collided=True)]
-    told = [(event.scan, event.level, event.text.split(":")[0]) for seen in steps for event in detector.detect(seen)]
-    assert told == [
+    events = [(event.scan, event.level, event.text.split(":")[0]) for seen in steps for event in detector.detect(seen)]
+    assert events == [
         (0, "INFO", "first scan"),
         (1, "WARN", "stalled"),
         (3, "INFO", "the wheels turn again"),

@@ -25,7 +25,7 @@ T_odom_start = Pose2D(3.0, -2.0, 1.0)
 
 
 class RecordedRobot(MemoryBus):
-    """The topics of a log, on a robot whose odometry began elsewhere. A SIGINT follows SLAM's pose for the last scan."""
+    """The topics of a log, on a robot whose odometry began elsewhere. SIGINT follows SLAM's pose for the last scan."""
 
     def __init__(self, log: Path) -> None:
         super().__init__()

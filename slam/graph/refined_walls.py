@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.graph.wall_equations import WallEquations
-from slam.graph.wall_landmarks import FoundWalls, Sights, wall_spans
+from slam.graph.wall_landmarks import FoundWalls, PlacedFacets, wall_spans
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -27,9 +27,11 @@ class RefinedWalls(NamedTuple):
     """(M,): node of the key scan with the most information about it."""
 
 
-def refined_walls(sights: Sights, walls: FoundWalls, equations: WallEquations, T_map_local: FloatArray) -> RefinedWalls:
+def refined_walls(
+    placed: PlacedFacets, walls: FoundWalls, equations: WallEquations, T_map_local: FloatArray
+) -> RefinedWalls:
     """Return the refined walls in the map; all arguments are in the frame ``local``, whose pose is ``T_map_local``."""
-    spans = wall_spans(sights.points, walls.lines, walls.sights, walls.begins)
+    spans = wall_spans(placed.points, walls.lines, walls.facets, walls.begins)
     nx, ny, x, y = walls.lines.T
     ends = np.column_stack([x, y])[:, None] + spans[:, :, None] * np.column_stack([-ny, nx])[:, None]
     J = np.tile(np.eye(2), (len(spans), 1, 1))

@@ -11,7 +11,7 @@ from slam.graph.known_graph import KnownGraph
 from slam.graph.loop import Loop
 from slam.graph.odometry_error import OdometryError, motion_errors
 from slam.graph.pose_graph import BREAK, NO_LOOP, Edge
-from slam.graph.single_poses import between, composed, undone
+from slam.graph.single_poses import between, composed, composed_with_inverse
 from slam.graph.submap import Submap
 from slam.pose import FloatArray, compose_poses
 
@@ -61,7 +61,7 @@ class SubmapGraph:
 
     def correction(self, submap: Submap) -> FloatArray:
         """Return ``T_map_local`` (3,) at this submap."""
-        return undone(self.poses[submap.node], submap.T_local_submap)
+        return composed_with_inverse(self.poses[submap.node], submap.T_local_submap)
 
     def number_of(self, node: int) -> int:
         """Return the index of the key scan of a node."""

@@ -29,7 +29,7 @@ def scan(stamp: float, **more: Any) -> Any:
 
 
 class ScriptedBus(MemoryBus):
-    """A bus on which these messages are said as soon as somebody hears scans."""
+    """A bus that delivers these messages as soon as a subscriber of scans comes."""
 
     def __init__(self, *messages: tuple[str, str, Any]) -> None:
         super().__init__()

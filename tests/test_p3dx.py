@@ -160,7 +160,7 @@ def test_a_square_both_ways_drifts_as_borenstein_and_feng_say(sense: float, erro
     rig = Rig(**{name: known[name] * factor for name, factor in errors.items()})
     truth, odometry = square(rig, sense, side)
     drift = odometry.between(truth)
-    lag = 1.0 / errors.get("right_radius", 1.0) - 1.0  # share by which the right wheel moves farther than believed; below 0
+    lag = 1.0 / errors.get("right_radius", 1.0) - 1.0  # excess of the right wheel's way over the odometry
     alpha = pi / 2 * (errors.get("track", 1.0) - 1.0) + pi / 4 * lag
     beta = side / TRACK * lag
     expected = borenstein_feng(side, sense, alpha, beta)

@@ -172,13 +172,13 @@ def test_events_are_reported_once_and_at_their_end() -> None:
 
 
 def test_odometry_alone_is_reported_only_at_updates() -> None:
-    detector, told = EventDetector(), []
+    detector, texts = EventDetector(), []
     segments = Segments(*(np.zeros(0, np.int64) for _ in "12"), *(np.zeros(0) for _ in "12"), *2 * [np.zeros((0, 2))])
     for number, (matched, alone) in enumerate([(1, 0), (0, 0), (1, 1), (0, 0), (1, 1), (1, 0)]):
         match = replace(NO_MATCH, odometry_only=bool(alone))
         estimate = replace(step(number).estimate, segments=segments if matched else None, match=match)
-        told += [event.text for event in detector.detect(replace(step(number), estimate=estimate))]
-    assert told[1:] == [text for _, text in ODOMETRY_ONLY]
+        texts += [event.text for event in detector.detect(replace(step(number), estimate=estimate))]
+    assert texts[1:] == [text for _, text in ODOMETRY_ONLY]
 
 
 # --- recordings ---

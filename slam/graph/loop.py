@@ -23,7 +23,8 @@ class Loop:
     other: int
     """Number of the earlier submap."""
     T_other_submap: FloatArray
-    """(3,): transform from ``local`` at the time of the submap to ``local`` at the time of the other."""
+    """(3,): transform of poses from ``local`` as it is at the submap to ``local`` as it was at the other one; without
+    drift between the two it would be zero."""
     proposal: Proposal
     tested: int
     """Number of key scans of the submap near the other's path."""

@@ -353,16 +353,16 @@ def test_a_robot_without_more_scans_truncates(rooms: ExitStack) -> None:
     assert ends == [False, False, False, True]
 
 
-@pytest.mark.parametrize(("name", "anew"), [("Room", True), ("RestartableRoom", False)])
-def test_only_a_resettable_robot_is_reused(rooms: ExitStack, name: str, anew: bool) -> None:
+@pytest.mark.parametrize(("name", "is_new"), [("Room", True), ("RestartableRoom", False)])
+def test_only_a_resettable_robot_is_reused(rooms: ExitStack, name: str, is_new: bool) -> None:
     env = rooms.enter_context(gymnasium.make(ID, backend=f"rooms_of_a_user:{name}", end_on="goal"))
     env.reset(seed=0)
     first = env.unwrapped.robot
     room = first._robot
     env.step(FORWARD)
     env.reset(seed=1)
-    assert (env.unwrapped.robot is not first) == anew
-    assert room.left == anew
+    assert (env.unwrapped.robot is not first) == is_new
+    assert room.left == is_new
     env.close()
 
 

@@ -40,7 +40,7 @@ for _ in range(5):
             bus.subscribe(topic, print)
         bus.publish(names.CLOCK, 0.0, bytes(12))
 """
-"""A program that opens one bus after another, as an environment does that is made anew."""
+"""A program that opens one bus after another, as an environment does that is made again."""
 
 
 def test_by_default_a_node_stays_on_this_machine() -> None:

@@ -73,20 +73,20 @@ class SubmapGraph:
 
     def add(self, key: KeyScan) -> None:
         """Add a key scan, and the submap that begins with it."""
-        number, T_map_local, anew = len(self.keys), self._T_map_local(key), self.is_first_of_run(key)
+        number, T_map_local, first_of_run = len(self.keys), self._T_map_local(key), self.is_first_of_run(key)
         pose = composed(T_map_local, key.T_local_laser)
         self.added_count += 1
-        self._follows.append(not anew)
+        self._follows.append(not first_of_run)
         self.keys.append(key)
         self.key_nodes.append(self._new_node(pose))  # the first of all is fixed
         self._number_of[self.key_nodes[number]] = number
         for name in key.submaps:
             if name not in self.submaps:
-                broken = (key.broken and name == key.submaps[0]) or (anew and number > 0)
+                broken = (key.broken and name == key.submaps[0]) or (first_of_run and number > 0)
                 self.submaps[name] = Submap(name, self._new_node(pose), key.T_local_laser, broken)
         for name in key.submaps:
             self._join_to_submap(number, self.submaps[name])
-        if anew and number > 0:
+        if first_of_run and number > 0:
             self._join_to_nearest(self.submaps[key.submaps[0]])
 
     def is_first_of_run(self, key: KeyScan) -> bool:

@@ -222,7 +222,7 @@ def test_surfels_keep_both_sides_of_a_thin_wall_apart() -> None:
 def test_new_facets_count_with_an_unknown_shift() -> None:
     random = np.random.default_rng(0)
     J, w, r = random.normal(size=(6, 3)), random.uniform(1e2, 1e4, 6), random.normal(size=6)
-    full = np.column_stack([J, J[:, :2]])  # of the pose, and of the shift
+    full = np.column_stack([J, J[:, :2]])  # derivatives by the pose and by the shift
     H = full.T @ (w[:, None] * full) + np.diag([0.0, 0.0, 0.0, *np.full(2, SHIFT_SIGMA**-2)])
     g = -full.T @ (w * r)
     marginal, gradient = J.T @ (w[:, None] * J), -J.T @ (w * r)

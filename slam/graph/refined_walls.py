@@ -14,8 +14,8 @@ class RefinedWalls(NamedTuple):
     """M walls, map frame."""
 
     ends: FloatArray
-    """(M, 2, 2): [wall, start or end, x or y], metres, the sensor to the left: ends of the outermost facets that see
-    the wall; there may be doors between."""
+    """(M, 2, 2): [wall, start or end, x or y], metres, with the sensor to the left. A wall reaches from the first to
+    the last of its facets; there may be doors between."""
     covariance: FloatArray
     """(M, 2, 2): covariance of a wall's offset at its middle and of its direction, given the poses; m^2, m rad,
     rad^2."""

@@ -33,7 +33,7 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 PARSED_ONLY = {
     r"--backend hardware": "needs a robot",
     r"--rerun (spawn|serve|connect)|hopslam view( runs/latest)?$": "opens a window, or serves until Ctrl-C",
-    r"hopslam (doctor|emulate)": "looks for devices, or is one until Ctrl-C; tests/test_hardware_cli.py",
+    r"hopslam (doctor|emulate)": "looks for devices, or emulates them until Ctrl-C; tests/test_hardware_cli.py",
     r"hopslam ros|--backend ros": "needs a robot of ROS 2; make test-ros",
     r"--(foxglove|ros)\b": "serves topics; tests/test_foxglove.py, tests/test_ros_bus.py",
     r"hopslam wire": "needs a recording; tests/test_wire.py",
@@ -165,7 +165,7 @@ def invoke(words: list[str]) -> None:
 
 
 def parse(words: list[str]) -> None:
-    """The command takes these options, and the scenario, where it is a shipped one, these settings."""
+    """Check that the command takes these options, and that a shipped scenario takes these settings."""
     given = dry_app().main(args=list(words), prog_name="hopslam", standalone_mode=False)
     if isinstance(given, dict) and given.get("scenario") in shipped_scenarios():
         load_scenario(given["scenario"], given.get("settings") or [])

@@ -24,7 +24,7 @@ OUT, STOP, END = 12, 24, 32
 
 @dataclass
 class Course:
-    """A pilot in whose way somebody stumbles over a cable."""
+    """A pilot that drives straight on, and pulls a cable at scan OUT."""
 
     pull: Callable[[], object]
     progress: float = 0.0

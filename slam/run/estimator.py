@@ -83,7 +83,7 @@ def finish(estimator: Estimator) -> ClosedRun | None:
 
 
 def map_made_by(estimator: Estimator, closed: ClosedRun | None = None) -> SavedSlam | None:
-    """Return the map to save after a run, which may be ``closed``; None if unchanged, and in paper mode."""
+    """Return the map to save after a run, which may be ``closed``; None if it has not changed, or in paper mode."""
     slam = _method_of(estimator)
     return save(slam, closed) if isinstance(slam, LineSlam) else None
 

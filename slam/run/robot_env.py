@@ -29,10 +29,10 @@ ObservationDict = dict[str, Float32Array]
 class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
     """A robot behind ``reset`` and ``step``; one step is one scan.
 
-    Observations are ``scan`` (beams,), metres, where no echo reads ``range_max`` and too close reads 0, and
+    Observations are ``scan`` (beams,), metres, with ``range_max`` for no echo and 0 for an echo that is too close, and
     ``odometry`` (5,): x, y, theta, linear and angular velocity. The fan is always that of ``lidar``: each beam is the
-    nearest one of the measured scan. The action is (v, omega) in m/s and rad/s; its space ends at 1 of each, for
-    learning algorithms, and faster commands are allowed up to the limits of the robot. ``info`` has the whole
+    nearest one of the measured scan. The action is (v, omega) in m/s and rad/s. Its space is limited to 1 of each, as
+    learning algorithms need, but faster commands up to the limits of the robot are accepted. ``info`` has the whole
     ``Observation`` under ``observation`` and, after a step, the velocity that was ``applied``. The reward is 0.
     """
 

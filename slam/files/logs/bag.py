@@ -98,7 +98,7 @@ def _log(
 
 
 def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> BagOdometry:
-    """Return the motion of the base in its odometry frame, from odometry messages, else transforms; None if unknown."""
+    """Return the odometry in the messages of a topic, or else in the transforms; empty if there is none."""
     found = contents.messages_of(topic, "--odom-topic", ODOMETRY)
     if messages := _without_outliers(contents.values(found), contents.statistics):
         return BagOdometry.of(messages, messages[0].child or BASES[0])
@@ -109,7 +109,7 @@ def _odometry(contents: BagContents, topic: str | None, moving: list[Transform])
 
 
 def _without_outliers(messages: Iterable[StampedOdometry], statistics: ReadStatistics) -> list[StampedOdometry]:
-    """Return the messages without outlying poses, which are counted by their number on the topic."""
+    """Return the messages without those of outlying poses, which are reported by their numbers on the topic."""
 
     def skip(one: tuple[int, StampedOdometry]) -> None:
         statistics.skip("outlying pose", one[0], scan=False)

@@ -46,7 +46,7 @@ def decimal_ranges(ranges: Any) -> FloatArray:
 
 
 def exact_bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
-    """Return first bearing and step, read in single precision, as exact values: whole steps of a turn, or decimals."""
+    """Return the values that a bearing and a step in single precision stand for: whole steps of a turn, or decimals."""
     return whole_steps(angle_min, angle_increment) or (decimal(angle_min), decimal(angle_increment))
 
 

@@ -149,7 +149,7 @@ def _in_space(place: Any, q: Any) -> FloatArray:
 
 
 def _planar(point: Any, q: Any) -> Pose2D:
-    """Return the direction of the x axis, projected onto the plane; exact for a level pose."""
+    """Project a pose onto the plane: its heading is that of the x axis. The result is exact for a level pose."""
     for name, value in {"x": point.x, "y": point.y, "qx": q.x, "qy": q.y, "qz": q.z, "qw": q.w}.items():
         if not abs(value) <= LARGEST:
             raise impossible(name, value)

@@ -24,7 +24,7 @@ def forget_typed() -> None:
 
 def typed_line(over: Callable[[], bool]) -> str:
     """Return the next line typed; an empty string once ``over`` returns True."""
-    if sys.platform == "win32":  # where select takes sockets only
+    if sys.platform == "win32":  # select works with sockets only
         import msvcrt
 
         line = ""

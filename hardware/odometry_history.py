@@ -61,7 +61,7 @@ class OdometryHistory:
     def _mean_speed(self, first: float, last: float) -> Twist2D:
         """Average the reported speeds, assuming a linear change between reports.
 
-        In whole mm/s they are finer than the steps of poses in whole mm, and show the ramps.
+        Speeds in whole mm/s are more exact than differences of poses in whole mm, and show the ramps.
         """
         begin, end = sorted((first, last))
         times = [begin, *(stamp for stamp in self._stamps if begin < stamp < end), end]

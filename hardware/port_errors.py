@@ -75,7 +75,7 @@ def _number(error: BaseException) -> int | None:
 
 
 def _number_in_words(words: str) -> int | None:
-    """Return the error number in a message of pyserial; a port that was already open is gone, whatever the number."""
+    """Return the error number in a message of pyserial. A port that fails after it was open counts as unplugged."""
     found = _IN_WORDS.search(words)
     if found is None or "Cannot configure port" in words:
         return None
@@ -83,7 +83,7 @@ def _number_in_words(words: str) -> int | None:
 
 
 def _not_permitted(path: Path) -> str:
-    """Return the name of the group that may use a port; on Windows everybody may, one at a time."""
+    """Return the reason why this program may not open a port, with advice; on Windows another program uses it."""
     if sys.platform == "win32":
         return _REASONS[errno.EBUSY]
     import grp

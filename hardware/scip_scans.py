@@ -42,7 +42,7 @@ def switch_laser_on(line: ScipLine) -> None:
 
 
 def reason_for_silence(line: ScipLine, parameters: SensorParameters) -> str | None:
-    """Ask a sensor that sends no scans for a single one; return its reason in words if it refuses that too."""
+    """Ask a sensor that sends no continuous scans for a single one; return the reason if it refuses that too."""
     command = ScanRequest("GD", parameters.first, parameters.last).encode()
     reply = line.ask(command)
     if reply is None or is_ok(reply.status) or not reply.status.isdigit():

@@ -108,7 +108,7 @@ class SerialPort:
         ready, _, _ = select.select([self._fileno], [], [], timeout)
         if not ready:
             return b""
-        if sys.platform == "win32":  # a socket is not a file descriptor there
+        if sys.platform == "win32":  # os.read cannot read from a socket
             return bytes(self._serial.read(_AT_ONCE))
         data = os.read(self._fileno, _AT_ONCE)
         if not data:

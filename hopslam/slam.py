@@ -1,6 +1,8 @@
 """SLAM for other programs: scans in, pose and walls out."""
 
 import warnings
+import weakref
+from contextlib import ExitStack
 from copy import deepcopy
 from dataclasses import dataclass, field
 from math import inf
@@ -20,7 +22,7 @@ from slam.errors import InputError
 from slam.line_slam import LineSlam
 from slam.pose import FloatArray, Pose2D
 from slam.run.closing_loops import LoopCloser
-from slam.run.warm_up import is_first_run, warm_up
+from slam.run.warm_up import is_first_run, warming_up
 from slam.saved_slam import relocate, save
 
 
@@ -154,7 +156,9 @@ class Slam:
         if self._method is None or self._closer is None:
             config = self._config if measured else self._config.without_odometry()
             if is_first_run(config):
-                warm_up(Terminal(stderr=True), config)
+                beside = ExitStack()
+                beside.enter_context(warming_up(Terminal(stderr=True), config))
+                weakref.finalize(self, beside.close)
             if self._saved is None:
                 self._method = LineSlam(config, self._T_base_laser, self._start, self._seed)
             else:

@@ -56,8 +56,8 @@ def add_movable(world: World, thing: Movable) -> int:
     """Add a body that slides on the floor and that rays pass through; its frame is that of the thing.
 
     It stands on four soft feet that resist sliding and turning as its whole footprint does. Hard contacts of a body
-    that cannot tip share its weight at random: often one contact carries all of it, and the body turns freely about
-    that one.
+    that cannot tip share its weight at random: often one contact carries all of the weight, and the body turns freely
+    about it.
     """
     length, width = np.ptp(np.concatenate([prism.footprint for prism in thing.prisms]), axis=0).tolist()
     (x, y), theta = thing.T_map_thing.translation, thing.T_map_thing.theta

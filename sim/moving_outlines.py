@@ -19,8 +19,8 @@ def stop_at_outlines(
     """Shorten ``ranges`` (N,) of ``rays`` (5, N) where a segment of a moving outline is nearer.
 
     ``places`` (C, M, 3) are x, y and theta of the outlines' frames at C times; from one beam to the next the time
-    advances by ``steps`` rows. ``segments`` (K, 5) are the number of a frame, and in it x, y of one end and the vector
-    to the other.
+    advances by ``steps`` rows. ``segments`` (K, 5) have the number of their frame and, in that frame, x and y of one
+    end and of the vector to the other end.
     """
     last = len(places) - 1
     for j in range(len(ranges)):

@@ -14,7 +14,7 @@ from slam.pose import FloatArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanMotion:
-    """Motion of everything while the beams fired, the first of them at time 0 and with row 0."""
+    """Motion of the base, of legs and of furniture while the beams fired; the first beam fires at row 0."""
 
     path: FloatArray
     """(S, 3): x, y, theta of ``T_map_base``, one row every ``step`` seconds; a single row means no motion."""
@@ -60,7 +60,7 @@ def _fire(
     begun = first * steps - row - 0.5
     for j in range(len(bearing)):  # few arrays in each loop, so that the compiler vectorises it
         c, s = small_rotation((begun + j * steps) * turn)
-        x[j], y[j] = c0 * c - s0 * s, s0 * c + c0 * s  # cosine and sine of the heading, for now
+        x[j], y[j] = c0 * c - s0 * s, s0 * c + c0 * s  # holds cosine and sine of the heading until the end
     for j in range(len(bearing)):
         ux[j] = x[j] * bx[j] - y[j] * by[j]
     for j in range(len(bearing)):

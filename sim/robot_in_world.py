@@ -100,7 +100,7 @@ class RobotInWorld(ABC):
     def sweep(self, controls: int) -> ScanMotion:
         """Run this number of control steps.
 
-        Return the motion of everything, one row for each and one for the beginning.
+        Return the motion of base and legs: a row for the beginning, and one after each control step.
         """
 
     @abstractmethod

@@ -37,7 +37,7 @@ class WallPlan(NamedTuple):
     first: NDArray[np.int64]
     """(cells + 1,)."""
     listed: NDArray[np.int32]
-    """Rows of ``walls``: for each cell, those with a point within ``reach`` of a point in the cell or SLACK outside."""
+    """Rows of ``walls``: for each cell, the walls within ``reach`` of the cell enlarged by SLACK on all sides."""
     reach: float
 
 

@@ -38,8 +38,8 @@ def compiled(function: F) -> F:
     NaN stays a NaN. On one machine the same input gives the same bits, whether the code was compiled just now or kept,
     and whatever ran before. Other threads run at the same time.
 
-    The function is compiled again if one of these has changed: its file, the file of a compiled function that it calls,
-    directly or not, this file, or the value of a constant that one of them uses. They may be in any module.
+    The function is compiled again if one of these has changed: this file; the file of the function, or of a compiled
+    function that it calls directly or indirectly; the value of a constant that any of these functions uses.
     """
     return _compiled(function, _REORDERED | {"_nrt": True})
 

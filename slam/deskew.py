@@ -31,7 +31,7 @@ def _from_first_beam(
     """Return ranges (N,) and fan (3, N) from the sensor's pose at the first beam; it moves by one step per beam."""
     new_ranges, new_fan = ranges.copy(), np.empty_like(fan)
     step_c, step_s = np.cos(step_theta), np.sin(step_theta)
-    x, y, c, s = 0.0, 0.0, 1.0, 0.0  # of the sensor at beam j
+    x, y, c, s = 0.0, 0.0, 1.0, 0.0  # pose of the sensor at beam j
     for j in range(len(ranges)):
         ux, uy = c * fan[COS, j] - s * fan[SIN, j], s * fan[COS, j] + c * fan[SIN, j]
         new_fan[BEARING, j], new_fan[COS, j], new_fan[SIN, j] = fan[BEARING, j] + step_theta * j, ux, uy

@@ -54,7 +54,7 @@ class LineLocalizer:
         self._hypotheses = [] if T_map_base is None else [self._hypothesis(T_map_base, self._tracking)]
         self.sure = T_map_base is not None
         """True while the pose of the robot is known."""
-        self._told: Pose2D | None = None  # T_map_base, given by the user, for the next scan
+        self._given_pose: Pose2D | None = None  # T_map_base, given by the user, for the next scan
         self._T_odom_base: Pose2D | None = None
         self._moved = np.inf  # motion since the last evidence, metres plus radians; the first scan is evidence
         self._evidence_at: Pose2D | None = None  # T_map_base of the best hypothesis then
@@ -70,15 +70,15 @@ class LineLocalizer:
 
         Any thread may call this.
         """
-        self._told = T_map_base
+        self._given_pose = T_map_base
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         """Take the next scan and the odometry at its stamp; return the pose estimate."""
         began = perf_counter()
         motion = self._motion(odometry)
-        if self._told is not None:
-            told, self._told = self._told, None
-            self._hypotheses, self.sure = [self._hypothesis(told, self._tracking)], True
+        if self._given_pose is not None:
+            given, self._given_pose = self._given_pose, None
+            self._hypotheses, self.sure = [self._hypothesis(given, self._tracking)], True
             self._evidence_count, motion = 0, Pose2D()
         if self.config.deskew:
             scan = deskewed(scan, odometry.twist, self.T_base_laser)

@@ -18,7 +18,7 @@ class Mode(NamedTuple):
 MODES: Final[dict[ModeName, Mode]] = {
     "hopslam": Mode("chi_square", "surfels", "least_squares"),
     "paper": Mode("paper", "points", "force_field", {"deskew": False, "loops": "never"}),
-    "dead_reckoning": Mode("chi_square", "surfels", "least_squares"),  # unused
+    "dead_reckoning": Mode("chi_square", "surfels", "least_squares"),  # no part of it runs
 }
 """Modes in the order of reports; the first is the default."""
 

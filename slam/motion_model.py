@@ -9,7 +9,7 @@ from slam.config import LeastSquaresConfig, MotionConfig
 from slam.pose import FloatArray, Pose2D
 
 BEYOND = 9.0
-"""Largest squared corrections, in variances, that the model of odometry expects."""
+"""Largest squared correction of odometry that its model explains, as a factor of its variance: three sigma."""
 
 
 def motion_covariance(motion: Pose2D, heading: float, config: MotionConfig) -> FloatArray:
@@ -62,10 +62,10 @@ def excess_covariance(excess: FloatArray) -> FloatArray:
 def updated_excess(
     excess: FloatArray, correction: FloatArray, motion: FloatArray, config: LeastSquaresConfig
 ) -> FloatArray:
-    """Return the envelope (2,), m^2 and rad^2, of squared corrections (3,) of odometry.
+    """Return the new excess (2,), m^2 and rad^2: by how much squared corrections of odometry exceeded its model.
 
-    Only the part beyond three standard deviations of the covariance (3, 3) of the motion counts: the envelope rises at
-    once, decays by ``memory``, and stays within the search window.
+    A ``correction`` (3,) counts only beyond three standard deviations of the covariance ``motion`` (3, 3). The excess
+    rises to it at once, decays by ``memory``, and stays within the search window.
 
     A factor on the variances does not help if the wheels report no motion, as the variance is then zero. Wheels that
     failed once fail again soon, so that a mean over the good scans between would be too small.

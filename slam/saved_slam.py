@@ -31,7 +31,7 @@ class SavedSlam:
 
     mapper: SurfelMapperState
     T_map_base: Pose2D
-    """The last estimate; None before the first scan."""
+    """The last estimate; the start before the first scan."""
     T_odom_base: Pose2D | None
     """The odometry at the last estimate; None before the first scan."""
     T_map_mapped: Pose2D | None

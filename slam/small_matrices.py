@@ -75,7 +75,7 @@ def solved(A: FloatArray, b: FloatArray) -> FloatArray:
 
 @compiled
 def inverse(A: FloatArray) -> FloatArray:
-    """A^-1 (3, 3), for A (3, 3) symmetric and positive definite: M^-T M^-1, and as symmetric."""
+    """A^-1 = M^-T M^-1 (3, 3), for A (3, 3) symmetric and positive definite; it is exactly symmetric."""
     m, p, q, n, r, o = _factor(A)
     v, w = -r / (n * o), -p / (m * n)  # below the diagonal of M^-1
     u = -(q / m + r * w) / o
@@ -107,7 +107,7 @@ def principal_axes(A: FloatArray) -> tuple[FloatArray, FloatArray]:
     for _ in range(_SWEEPS):
         for p in range(2):
             for q in range(p + 1, 3):
-                if abs(D[p, q]) > 1e-100 * abs(D[q, q] - D[p, p]):  # else no turn: half^2 overflows
+                if abs(D[p, q]) > 1e-100 * abs(D[q, q] - D[p, p]):  # not if half^2 overflows
                     half = 0.5 * (D[q, q] - D[p, p]) / D[p, q]
                     tangent = 1.0 / (half + np.copysign(np.sqrt(half * half + 1.0), half))
                     c = 1.0 / np.sqrt(tangent * tangent + 1.0)

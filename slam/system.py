@@ -35,7 +35,7 @@ def is_running(process: int) -> bool:
     """Return True if a process of this machine runs, or if this user may not ask."""
     try:
         if sys.platform == "win32":
-            import _winapi  # os.kill would send Ctrl-C there
+            import _winapi  # os.kill would send Ctrl-C instead
 
             handle = _winapi.OpenProcess(_SYNCHRONIZE, False, process)
             ended = _winapi.WaitForSingleObject(handle, 0) == _winapi.WAIT_OBJECT_0

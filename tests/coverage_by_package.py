@@ -15,7 +15,7 @@ LEAST: Final = 95.0
 
 
 def shares(files: dict[str, dict[str, Counter[str]]], package: str) -> tuple[float, float]:
-    """Lines and branches of a package that tests run, percent; those of all files where it has no name."""
+    """Return the lines and branches that tests run, percent: of a package, or of all files if its name is empty."""
     total: Counter[str] = Counter()
     for name, file in files.items():
         if name.startswith(package):

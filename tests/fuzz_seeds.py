@@ -58,7 +58,7 @@ class Reader:
 
     make_files: Callable[[Path], Any]
     read: Callable[[Path, str], Any]
-    """Reads the folder, in which that file is damaged, in all ways in which commands read it."""
+    """Reads the folder as all commands do; the second argument is the name of the damaged file."""
     weight: int = 4
     """Relative number of inputs that this one gets."""
     cuts: bool = True

@@ -85,7 +85,8 @@ def test_a_batch_has_every_noise_and_reward(reward: str, noise: str) -> None:
 
 @pytest.mark.parametrize("noise", ["paper", "datasheet", "realistic"])
 def test_noise_is_that_of_the_single_lidar(noise: str) -> None:
-    """Standing still: mean and spread of each beam over many robots are those of the one lidar over many scans."""
+    """At rest, mean and spread of each beam are the same over many robots of a batch and over many scans of one
+    robot."""
     settings = [f"lidar.noise={noise}", "lidar.model=table1", PLAN, "lidar.dropout=0.05"]
     envs, single = batch(400, settings=settings), gymnasium.make(ID, settings=settings)
     many = envs.reset(seed=1)[0]["scan"]

@@ -125,7 +125,7 @@ def test_the_noisy_runs_show_their_median_and_their_worst() -> None:
 
 def test_each_measure_has_a_row_beside_the_published() -> None:
     open_loop = result().final._replace(ate=NAN, gap=LoopGap(0.3, 0.4, np.radians(-2.0), 0.9, 0.5))
-    (ate, crisp, *duke) = error_table([result(), result(name="duke", final=open_loop, causal_off_axes=0.1)]).rows
+    (ate, crisp, *duke) = error_table([result(), result(name="duke", final=open_loop, unclosed_off_axes=0.1)]).rows
     assert ate == ("aces", "ATE", "0.5000", "0.3000", "0.1000", "0.0", "0.1730", "0.0600", "0.0440", "0.0375")
     assert crisp[:2] == ("", "crisp")
     assert [row[1] for row in duke] == ["open, m", "open, deg", "off axes, deg", "crisp"]
@@ -166,9 +166,9 @@ def test_short_walls_do_not_define_the_axes() -> None:
 def test_both_modes_get_the_same_scans_one_closes_no_loop(both: BothWays) -> None:
     alone = LineSlam(SlamConfig(loops="never"), SMALL.T_base_laser)
     poses = stack_poses(alone.update(SMALL.scan(k), SMALL.odometry(k)).T_map_base for k in range(len(SMALL)))
-    assert np.array_equal(both.causal, poses)
-    assert both.live.shape == both.final.shape == both.causal.shape
-    assert len(both.causal_times) == len(both.live_times) == len(SMALL)
+    assert np.array_equal(both.unclosed, poses)
+    assert both.live.shape == both.final.shape == both.unclosed.shape
+    assert len(both.unclosed_times) == len(both.live_times) == len(SMALL)
     assert both.live_total > 0.9 * both.live_times.sum()
 
 

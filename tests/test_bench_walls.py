@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slam.bench.merged_lines import MergedLines
-from slam.bench.wall_map_runs import OURS, WAYS, run_wall_map, total_score
+from slam.bench.wall_map_runs import LINE_MAPS, OURS, run_wall_map, total_score
 from slam.bench.walls_report import wall_tables
 from slam.console.terminal import Terminal
 from slam.lines.segments import Segments
@@ -71,7 +71,7 @@ def test_rows_have_all_scores_and_the_command(tmp_path: Path) -> None:
     path = tmp_path / "my room.yaml"
     path.write_text(ROOM)
     run = run_wall_map(str(path), 3, ["lidar.noise=none"])
-    assert set(run.scores) == set(WAYS)
+    assert set(run.scores) == set(LINE_MAPS)
     scenario = load_scenario(path, ["lidar.noise=none", "seed=3"])
     metrics = scenario_experiment(scenario).run(tmp_path / "run", pictures=False).metrics
     assert metrics == metrics | wall_metrics(run.scores[OURS])
@@ -83,5 +83,5 @@ def test_rows_have_all_scores_and_the_command(tmp_path: Path) -> None:
     assert twice.precision == run.scores[OURS].precision
     assert len(twice.end_errors) == 2 * len(run.scores[OURS].end_errors)
     ways, worst = wall_tables([str(path)], [3], ("lidar.noise=none",), Terminal(quiet=True))
-    assert [row[1] for row in ways.rows] == list(WAYS)
+    assert [row[1] for row in ways.rows] == list(LINE_MAPS)
     assert worst.rows[0][-1] == f"hopslam run '{path}' --seed 3 --set lidar.caster=exact --set lidar.noise=none"

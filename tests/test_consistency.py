@@ -26,7 +26,7 @@ JUMPS = st.builds(lambda x, y, theta: np.array([x, y, theta]), *[st.floats(-3, 3
 
 
 def way_twice(jump: FloatArray) -> SubmapGraph:
-    """Submaps 0 to 3 along a way, and 4 to 7 along the same way once more, which the front end has elsewhere."""
+    """Submaps 0 to 3 along a path, and 4 to 7 along the same path again, where the front end is off by ``jump``."""
     graph = SubmapGraph()
     for number in range(2 * SUBMAPS * KEYS):
         submap, x = number // KEYS, float(number % (SUBMAPS * KEYS))
@@ -90,7 +90,7 @@ def test_two_loops_of_the_same_scans_count_once() -> None:
 def test_loops_on_two_sides_of_a_break_are_independent() -> None:
     graph = way_twice(JUMP)
     across = Consistency(graph, steps_of(graph), loop(graph, JUMP, 5, 1, RIGHT))
-    for submap, other in ((3, 0), (1, 0)):  # from the second, the way over the break is too long to be looked at
+    for submap, other in ((3, 0), (1, 0)):  # the path from (1, 0) over the break exceeds the limit of the search
         assert across.chi_squared(loop(graph, np.zeros(3), submap, other, RIGHT)) == np.inf
 
 
@@ -103,9 +103,9 @@ def test_a_path_is_limited_by_odometry_except_over_a_break() -> None:
         candidates.add(submap)
     first, third, beyond = (graph.submaps[number] for number in (0, 2, 6))
     covariance = candidates.covariances_from(third)[first.number]
-    for off, thinkable in (((0.0, 0.0, 0.0), True), ((0.5, 0.0, 0.0), True), ((9.0, 0.0, 0.0), False)):
+    for off, plausible in (((0.0, 0.0, 0.0), True), ((0.5, 0.0, 0.0), True), ((9.0, 0.0, 0.0), False)):
         candidate = WallCandidate(1.0, first, np.array(off))
-        assert candidates.is_plausible(candidate, third, covariance) == thinkable
+        assert candidates.is_plausible(candidate, third, covariance) == plausible
         assert candidates.is_plausible(candidate, beyond, covariance)
     assert not candidates.is_out_of_reach(third, first, covariance)
     assert candidates.is_out_of_reach(beyond, first, covariance)

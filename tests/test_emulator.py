@@ -308,7 +308,7 @@ def test_clusters_give_the_smallest_range() -> None:
     lidar = awake()
     answers(lidar, "BM", 0.3)
     single, triple = scans(lidar, "GD0044072501", 0.1)[0], scans(lidar, "GD0044072503", 0.1)[0]
-    assert len(triple.ranges) == 228  # of 682 steps: the last value stands for one
+    assert len(triple.ranges) == 228  # 682 steps: the last cluster has one step
     assert triple.ranges[:227] == pytest.approx(single.ranges[:681].reshape(-1, 3).min(axis=1))
     assert triple.ranges[227] == single.ranges[681]
 
@@ -324,7 +324,7 @@ def test_beams_see_the_world_at_the_time_they_fire() -> None:
         moving.advance(lidar.due - before, Twist2D(0.5, 0.0))
     last = [decode_scan(r) for lines in FrameDecoder().feed(said) if (r := find_reply(lines)) and r.lines][-1]
     bearings = (np.array([46, 723]) - 384) * 2 * np.pi / 1024
-    left_behind = last.ranges[[2, 679]] * np.cos(bearings)  # the wall behind, seen first and last
+    left_behind = last.ranges[[2, 679]] * np.cos(bearings)  # the wall behind, at the first and the last beam
     assert left_behind[0] - left_behind[1] == pytest.approx(0.5 * (723 - 46) * 0.1 / 1024, abs=1.1e-3)
 
 

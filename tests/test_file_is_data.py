@@ -93,7 +93,7 @@ def run_folder(tmp_path: Path, plain_run: Path) -> Path:
 
 
 def hopslam(*words: object) -> tuple[int, str]:
-    """The exit code, and what was printed: of an error, as ``main`` prints it."""
+    """Run a command; return its exit code and its output, which for an error is the message that ``main`` prints."""
     done = CliRunner().invoke(app, list(map(str, words)))
     if isinstance(done.exception, HopslamError):
         return done.exception.exit_code, str(done.exception)

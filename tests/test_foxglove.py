@@ -35,7 +35,7 @@ from tests.topic_bus import JAZZY
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed: the extra live")
 client = pytest.importorskip("websockets.sync.client", reason="no WebSocket client is installed")
 
-from slam.topics.foxglove_bus import FoxgloveBus  # noqa: E402  # what it needs is there
+from slam.topics.foxglove_bus import FoxgloveBus  # noqa: E402  # only if foxglove-sdk is installed
 
 MESSAGE_DATA, CLIENT_MESSAGE_DATA = 0x01, 0x01
 """Opcodes of the server's binary frames, and of the client's."""
@@ -59,8 +59,8 @@ class App:
         self._send(op="subscribe", subscriptions=[{"id": number + 100, "channelId": number}])
 
     def receive(self, again: Callable[[], object] = lambda: None) -> tuple[int, bytes]:
-        """The time and the data of the next message on a topic; ``again`` sends it until it comes."""
-        until = monotonic() + 300.0  # all is compiled first where it was not
+        """Return the time and the data of the next message on a topic; ``again`` is called until one arrives."""
+        until = monotonic() + 300.0  # the first run compiles the hot loops
         while monotonic() < until:
             again()
             with suppress(TimeoutError):
@@ -80,8 +80,8 @@ class App:
     def say(self, channel: int, data: bytes) -> None:
         self.socket.send(struct.pack("<BI", CLIENT_MESSAGE_DATA, channel) + data)
 
-    def _note(self, told: dict[str, Any]) -> None:
-        self.channels |= {channel["topic"]: channel for channel in told.get("channels", ())}
+    def _note(self, message: dict[str, Any]) -> None:
+        self.channels |= {channel["topic"]: channel for channel in message.get("channels", ())}
 
     def _send(self, **message: Any) -> None:
         self.socket.send(json.dumps(message))
@@ -136,8 +136,8 @@ def test_a_late_client_gets_the_last_map(bus: FoxgloveBus) -> None:
 def test_an_app_drives_the_robot(bus: FoxgloveBus, topic: Topic, encoding: str) -> None:
     commands = VelocityCommands()
     commands.listen(bus)
-    told = TWIST if topic is names.CMD_VEL else {"header": {"frame_id": "base_link"}, "twist": TWIST}
-    data = json.dumps(told).encode()
+    command = TWIST if topic is names.CMD_VEL else {"header": {"frame_id": "base_link"}, "twist": TWIST}
+    data = json.dumps(command).encode()
     with app_at(bus) as app:
         app.advertise(7, "/cmd_vel", encoding, topic.type.replace("/msg/", "/"))
         app.say(7, data if encoding == "json" else cdr_of_json(data, topic.type))

@@ -41,7 +41,7 @@ from tests.rooms import room_plant
 
 FORWARD = Twist2D(0.3, 0.0)
 PATIENCE = 20.0
-"""Seconds until a condition that will come true has to: generous, for a busy machine."""
+"""Seconds after which a test fails if its condition is still false: many, for a busy machine."""
 
 
 def plant() -> SimPlant:
@@ -92,7 +92,7 @@ def quiet(caplog: pytest.LogCaptureFixture) -> None:
 
 
 def test_consecutive_faults_are_survived(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """Each stops the robot and names its reason; after each cure the run goes on."""
+    """Each fault stops the robot, which names the reason; once the fault is repaired, the run goes on."""
     links = PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")
     with (
         Emulator(plant(), *links, robot_config=replace(FACTORY_CONFIG, watchdog=0.8)) as emulator,

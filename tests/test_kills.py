@@ -82,7 +82,7 @@ def prepared(name: str, folder: Path, small: Path) -> list[str]:
 
 
 def seconds_of(name: str, folder: Path, small: Path) -> float:
-    """Duration of a command that is left alone; of one that writes a log, from its first scan."""
+    """Return the duration of a command that is not killed; for one that writes a log, from its first scan on."""
     started = start(prepared(name, folder, small))
     while name in GROWING and not (folder / "run" / "log.mcap").is_file() and is_running(started.child):
         sleep(0.001)

@@ -61,13 +61,13 @@ def test_no_line_is_drawn_across_a_jump(live: Path) -> None:
 def test_a_finished_run_reports_the_same_loops(live: Path, tmp_path: Path) -> None:
     copy = shutil.copytree(live, tmp_path / "run", ignore=shutil.ignore_patterns("run.rrd"))
     finished = recording_of(copy, lambda scans, _: scans)
-    live_told, told = (
+    live_texts, texts = (
         re.findall(r"\[((?:loop|all loops) closed.{50})", printed(recording, "/events", "-vvv"))  # it is cut at 100
         for recording in (live / "run.rrd", finished)
     )
-    assert told == live_told
-    assert re.match(r"all loops closed at the end: (\d+) of \1 believed, the robot moved by", told[-1])
-    assert all(text.startswith("loop closed: submap ") for text in told[:-1])
+    assert texts == live_texts
+    assert re.match(r"all loops closed at the end: (\d+) of \1 believed, the robot moved by", texts[-1])
+    assert all(text.startswith("loop closed: submap ") for text in texts[:-1])
     assert rows(finished, "/map/loops") == rows(live / "run.rrd", "/map/loops")
 
 

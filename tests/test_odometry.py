@@ -12,7 +12,7 @@ from slam.pose import Pose2D, wrap_angle
 TRACK = 0.33
 travels = st.floats(-1.0, 1.0)
 twists = st.builds(Twist2D, st.floats(-2.0, 2.0), st.floats(-5.0, 5.0))
-times = st.floats(0.01, 0.6)  # in which none turns by half a circle
+times = st.floats(0.01, 0.6)  # too short for half a turn
 
 
 def close(a: Twist2D, b: Twist2D) -> bool:

@@ -35,7 +35,7 @@ def metrics_of(folder: Path) -> dict[str, object]:
 
 
 def assert_same(folder: Path, lap_run: Path) -> None:
-    """The folder has the files of the run, all alike but for what the closing took."""
+    """Check that the folder has the same files as the run, except for the time that the closing took."""
     assert sorted(path.name for path in folder.iterdir()) == sorted(path.name for path in lap_run.iterdir())
     for name in CLOSED + ON_THE_WAY:
         assert (folder / name).read_bytes() == (lap_run / name).read_bytes(), name

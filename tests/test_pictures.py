@@ -48,7 +48,7 @@ WORLDS = [(9.0, 6.0), (80.0, 1.5), (1.5, 80.0), (0.3, 0.2), (3000.0, 2000.0)]
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Seconds of the paper's simulation."""
+    """A run of 2.5 seconds in the paper's simulation."""
     folder = tmp_path_factory.mktemp("pictures") / "run"
     scenario_experiment(load_scenario("paper_simulation", ["duration=2.5"])).run(folder)
     return folder

@@ -37,7 +37,7 @@ def shown(*tables: TerminalTable, width: int | None = None) -> str:
 
 
 def test_only_the_terminal_modules_know_rich() -> None:
-    """Whoever prints past them brings markup back."""
+    """Text printed in any other module would have its brackets read as markup."""
     for path in (path for package in ("sim", "slam", "hardware") for path in (ROOT / package).rglob("*.py")):
         nodes = list(ast.walk(ast.parse(path.read_text())))
         modules = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
@@ -90,7 +90,7 @@ METRICS = {
 @pytest.mark.parametrize("width", [None, 80, 40])
 def test_the_summary_of_a_run_has_its_units(width: int | None) -> None:
     text = shown(*summary_tables(METRICS), width=width)
-    assert (text.count("[m]"), text.count("[deg]")) in {(5, 2), (10, 4)}  # one block, or two
+    assert (text.count("[m]"), text.count("[deg]")) in {(5, 2), (10, 4)}  # one table, or two below each other
     for unit in ("1.0 m,", "1.0 s", "1.00 ms"):
         assert unit in text
 

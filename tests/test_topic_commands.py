@@ -272,7 +272,7 @@ def test_the_emulated_robot_is_published() -> None:
             at, ranges = Pose2D(0.05 * k, 0.0, 0.0), np.array([np.nan, 1.0, 1.5, 3.0, 1.5, 9.0, np.nan])
             published.show(EmulatorState(0.1 * k, at, at, np.empty((0, 2)), False, bearings, ranges, 12.5))
     scans, odometry = ([heard.message for heard in bus.of(topic)] for topic in (names.SCAN, names.ODOM))
-    assert len(scans) == len(odometry) == 2  # the same state twice is one
+    assert len(scans) == len(odometry) == 2  # a repeated state is published once
     assert scans[1].ranges[3] == 3.0
     assert np.isposinf(scans[1].ranges[5])
     assert scans[1].angle_min + 3 * scans[1].angle_increment == pytest.approx(0.0, abs=1e-6)

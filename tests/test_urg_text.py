@@ -102,7 +102,7 @@ def test_a_truncated_gzip_is_read_up_to_its_end(tmp_path: Path) -> None:
 @given(st.binary(max_size=200), st.integers(0, 4000), st.integers(0, 4000))
 def test_damage_to_one_line_never_loses_another(tmp_path: Path, junk: bytes, first: int, removed: int) -> None:
     bad = scan(3).encode()
-    first = max(first, 10)  # not into the time stamp, which may then equal another's
+    first = max(first, 10)  # the time stamp stays: it could become that of another line
     path = tmp_path / "damaged"
     path.write_bytes(b"\n".join([scan(1).encode(), bad[:first] + junk + bad[first + removed :], scan(5).encode()]))
     assert {1e-6, 5e-6} <= set(read_log(path).stamps.tolist())

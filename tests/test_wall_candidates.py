@@ -41,7 +41,7 @@ def submap_of(number: int, path: list[Pose2D], T_local_world: Pose2D) -> Submap:
 
 
 def known(rooms: list[tuple[FloatArray, list[Pose2D], Pose2D]]) -> tuple[WallCandidates, list[Submap]]:
-    """Submaps of rooms, each driven along a path, in a frame ``local`` that has the world at this pose."""
+    """Submaps of rooms, each driven along a path; for each room, ``local`` has its own drift, ``T_local_world``."""
     candidates, submaps = WallCandidates(), []
     for number, (corners, path, T_local_world) in enumerate(rooms):
         submaps.append(submap_of(number, path, T_local_world))

@@ -9,7 +9,7 @@ from slam.line_slam import Estimate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
-from slam.run.scoring.seen_walls import SeenWalls, _met
+from slam.run.scoring.seen_walls import SeenWalls, _faces_met
 from slam.run.scoring.true_walls import TrueWalls, true_walls
 from slam.run.scoring.wall_score import WallScore, score_walls, wall_ends, wall_metrics
 from slam.run.step import Step
@@ -138,7 +138,7 @@ def test_a_second_line_on_a_face_is_doubled() -> None:
     again = np.concatenate([walls.faces, line(1.0, 0.04, 2.0, 0.04)[:, ::-1], line(1.0, 0.04, 2.0, 0.04)])
     found = score(walls, again)
     assert found.doubled == pytest.approx(1.0, abs=0.02)
-    assert found.precision < 1.0  # one of the two looks into the wall
+    assert found.precision < 1.0  # one of the two faces the inside of the wall
     assert found.free_air == 0.0
 
 
@@ -164,7 +164,7 @@ def test_walls_that_were_not_seen_cost_no_recall() -> None:
     found = score_walls(walls, seen, walls.faces)
     assert found.seen == pytest.approx(walls.weights[seen].sum())
     assert found.recall == 1.0
-    assert len(found.length_errors) == 2  # of the two walls across, of which one has an outer face
+    assert len(found.length_errors) == 2  # the two faces of the left wall
 
 
 def scan_of(ranges: FloatArray) -> LaserScan:
@@ -185,7 +185,7 @@ def test_a_wall_is_seen_from_three_places_by_its_echoes() -> None:
             ranges = np.where(np.abs(np.cos(bearings)) > 0.75, 3.0 / np.cos(bearings), np.inf)
         ranges[bearings < 0.0] = 1.0  # somebody stands there
         assert not seen.seen.any()
-        for _ in range(3):  # standing still is one look
+        for _ in range(3):  # at rest they count once
             look(seen, place, ranges)
     samples = seen.walls.samples[seen.seen]
     assert samples[:, 0] == pytest.approx(3.0)
@@ -227,7 +227,7 @@ def test_a_beam_sees_the_nearest_face() -> None:
     walls = true_walls([*room(), BOX])
     origin, angles = np.array([0.5, 0.4]), np.linspace(-np.pi, np.pi, 97)
     beams = np.column_stack([np.cos(angles), np.sin(angles)])
-    face, along = _met(origin, beams, np.full(len(beams), np.nan), walls.faces)
+    face, along = _faces_met(origin, beams, np.full(len(beams), np.nan), walls.faces)
     assert np.all(face == -1)  # no echo, nothing seen
     for beam in beams:
         hits = []
@@ -239,7 +239,7 @@ def test_a_beam_sees_the_nearest_face() -> None:
             if r > 0.0 and 0.0 <= t <= walls.lengths[f]:
                 hits.append((r, f, t, abs(beam @ [-way[1], way[0]])))
         r, f, t, cosine = min(hits)
-        face, along = _met(origin, beam[None], np.array([r + 0.05]), walls.faces)
+        face, along = _faces_met(origin, beam[None], np.array([r + 0.05]), walls.faces)
         assert face[0] == (f if cosine >= np.cos(np.radians(75.0)) else -1)
         assert along[0] == pytest.approx(t)
-        assert _met(origin, beam[None], np.array([r + 0.1 * max(r, 1.0) + 0.01]), walls.faces)[0][0] == -1
+        assert _faces_met(origin, beam[None], np.array([r + 0.1 * max(r, 1.0) + 0.01]), walls.faces)[0][0] == -1

@@ -216,7 +216,7 @@ def test_free_ranges_and_echoes_are_those_of_the_scan(readings: list[float]) -> 
 
 def test_an_end_behind_a_better_wall_is_removed() -> None:
     askew = np.array([[[0.0, 0.65], [0.2, 1.35]]])
-    through = np.array([[[0.0, 0.1], [0.2, 1.8]]])  # farther: another wall, which goes on there
+    through = np.array([[[0.0, 0.1], [0.2, 1.8]]])  # too far through the wall to be a stub
     met = meet_at_corners(np.concatenate([WALL, askew, through]))
     assert np.allclose(met[0], WALL[0])
     assert np.allclose(met[1], [[0.1, 1.0], [0.2, 1.35]])  # the lidar is on the left of a wall

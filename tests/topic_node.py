@@ -45,7 +45,7 @@ class MemoryBus:
             self.listening.set()
 
     def say(self, name: str, kind: str, message: Any) -> None:
-        """Send a message, made or in bytes, from the other end."""
+        """Send a message, an object or its bytes, from the other end."""
         data = message if isinstance(message, bytes) else bytes(ROS.serialize_cdr(message, kind))
         for topic, heard in list(self.heard_by):
             if (topic.name, topic.type) == (name, kind):
@@ -100,7 +100,7 @@ def transform(stamp: float, frame: str, child: str, x: float, y: float, theta: f
 
 
 class SimulatedNode:
-    """A thread that moves a simulated robot as it is commanded, a scan for each command, or for 0.2 s without one."""
+    """A thread that moves a simulated robot by one scan at each command, or 0.2 s after the last scan without one."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.bus = MemoryBus()

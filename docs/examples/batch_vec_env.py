@@ -56,5 +56,5 @@ class BatchVecEnv(VecEnv):
         raise NotImplementedError("the robots of a batch have no methods of their own")
 
     def env_is_wrapped(self, wrapper_class: type, indices: Sequence[int] | None = None) -> list[bool]:
-        """Answer that none of them is wrapped."""
+        """Return False for each robot: a batch has no wrappers of single robots."""
         return [False for _ in self._get_indices(indices)]

@@ -39,7 +39,7 @@ def drive(
     settings: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE")] = None,
     yes: Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="The real robot never moves.")] = False,
-    seed: Annotated[int, typer.Option(help="Of the simulated office.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the simulated office.")] = 0,
 ) -> None:
     """Drive one episode, and print its result."""
     try:

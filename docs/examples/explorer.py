@@ -1,4 +1,4 @@
-"""A task for an agent: see as much as it can of an office. The environment, and a policy written by hand."""
+"""A task for an agent, to see as much of an office as possible: its environment, and a policy written by hand."""
 
 from collections.abc import Sequence
 

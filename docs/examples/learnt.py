@@ -2,7 +2,7 @@
 
     PYTHONPATH=docs/examples hopslam bench policy learnt:Learnt --episodes 40
 
-`explorer:ByHand` in its place is the rival written by hand.
+`explorer:ByHand` instead of `learnt:Learnt` scores the policy that is written by hand.
 """
 
 import numpy as np

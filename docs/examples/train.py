@@ -48,7 +48,7 @@ def score(name: str, policy: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
 def draw(log: Path, rivals: dict[str, float]) -> None:
     """The return of each training episode over the steps, and its mean over 50 episodes."""
     returns, lengths, _ = np.genfromtxt(log, delimiter=",", skip_header=2, ndmin=2).T
-    mean = np.convolve(returns, np.ones(50) / 50, "full")[49 : len(returns)]  # nothing before there are 50
+    mean = np.convolve(returns, np.ones(50) / 50, "full")[49 : len(returns)]  # the mean begins at episode 50
     axes = (figure := Figure((8, 4), dpi=120, layout="constrained")).add_subplot()
     axes.plot(lengths.cumsum(), returns, ".", color="0.7", label="a training episode")
     axes.plot(lengths.cumsum()[49:], mean, label="mean of the last 50")

@@ -42,7 +42,7 @@ class DrivenPath:
 class PathRecorder:
     """Watcher that keeps estimated and true poses.
 
-    The true pose is that at the scan, or the present one if only that is known.
+    The true pose is that at the stamp of the scan; on emulated devices it is the present one.
     """
 
     emulator: Emulator | None = None
@@ -115,9 +115,9 @@ def _resampled(poses: FloatArray) -> FloatArray:
 
 
 def _nearest_offsets(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return metres and radians from each point of one leg to the nearest of the other, unless that is an end of it.
+    """Return metres and radians from each point of one leg to the nearest point of the other leg.
 
-    Radians are 0 near the ends.
+    Points whose nearest point is an end of the other leg are left out. Radians are 0 near the ends.
     """
     nearest = np.array([np.argmin(np.sum((other[:, :2] - place) ** 2, axis=1)) for place in one[:, :2]])
     inside = (nearest > 0) & (nearest < len(other) - 1)

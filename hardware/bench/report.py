@@ -68,7 +68,7 @@ def fault_table(console: Terminal, settings: Sequence[str] = ()) -> ResultTable:
 def _faults(settings: Sequence[str]) -> Iterator[tuple[FaultResult, str]]:
     """Yield each fault's result, and the condition under which it was measured."""
     conditions = {watchdog: f", watchdog {watchdog:g} s" for watchdog in _WATCHDOGS}
-    # killed programs are forks; they come first, before there are threads
+    # these fork programs to kill them, so they run before any thread starts
     yield from [(kill_result(watchdog, settings), condition) for watchdog, condition in conditions.items()]
     yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0], settings))
     for watchdog, condition in conditions.items():

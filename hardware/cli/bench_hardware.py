@@ -62,7 +62,7 @@ def bench_hardware(
     from slam.errors import InputError
 
     if sys.platform != "linux":
-        raise InputError("hopslam bench hardware ends programs by what only Linux has; run it there")
+        raise InputError("hopslam bench hardware needs functions that only Linux has; run it on Linux")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     console = Terminal()
     from hardware.bench import report

@@ -117,9 +117,9 @@ def _number(command: Command) -> int:
 
 COMMANDS: Final[dict[int, CommandRow]] = {
     CommandId.PULSE: CommandRow(None, "p. 28: resets the watchdog without other effect"),
-    CommandId.OPEN: CommandRow(None, "p. 28: opens; an open robot is open"),
+    CommandId.OPEN: CommandRow(None, "p. 28: no effect on a robot that is already open"),
     CommandId.CLOSE: CommandRow(lambda _, robot: robot.close(), "p. 28; bit rate of the FLASH afterwards: unverified"),
-    CommandId.POLLING: CommandRow(_poll_sonar, "p. 34: an empty string is SONAR 0; the order does not matter here"),
+    CommandId.POLLING: CommandRow(_poll_sonar, "p. 34: an empty string is SONAR 0; the order is ignored"),
     CommandId.ENABLE: CommandRow(lambda c, robot: robot.motors.enable(c.argument != 0), "p. 28"),
     CommandId.SETA: CommandRow(lambda c, robot: robot.motors.linear.set_slope(c.quantity), "p. 28"),
     CommandId.SETV: CommandRow(lambda c, robot: robot.motors.linear.set_limit(c.quantity), "p. 28"),
@@ -156,7 +156,7 @@ COMMANDS: Final[dict[int, CommandRow]] = {
     ),
     CommandId.TTY2: CommandRow(_tty(0), "p. 29: to AUX1"),
     CommandId.GETAUX: CommandRow(_get_aux(0), "p. 29, 38: SERAUXpac once so many bytes came; 0 flushes"),
-    CommandId.BUMPSTALL: CommandRow(None, "p. 29: here a bumper stops nothing, the wheels do"),
+    CommandId.BUMPSTALL: CommandRow(None, "p. 29: stall by bumpers; here only blocked wheels stall"),
     CommandId.TCM2: CommandRow(None, "p. 29: no compass"),
     CommandId.JOYDRIVE: CommandRow(None, "p. 29: no joystick"),
     CommandId.SONARCYCLE: CommandRow(None, "p. 29, 34: each report has all transducers here"),

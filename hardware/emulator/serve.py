@@ -29,7 +29,7 @@ from slam.scenario.schema import Scenario
 _TRUTH_PERIOD: Final = 0.05
 """Seconds between two true poses."""
 _SHOWN_EVERY: Final = 2
-"""Number of these periods between two states for a viewer."""
+"""A viewer is shown the state at every second true pose."""
 
 
 def serve(

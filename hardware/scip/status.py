@@ -6,7 +6,7 @@ _GENERAL: Final = {
     "0A": "it could not make an answer",
     "0B": "the same command twice, or its buffer is full",
     **dict.fromkeys(("0C", "0F"), "parameters are missing"),
-    **dict.fromkeys(("0D", "0E"), "not a command, or not now"),
+    **dict.fromkeys(("0D", "0E"), "not a command, or not allowed now"),
     "0G": "the note is longer than 16 characters",
     "0H": "the note has characters that it may not have",
     "0I": "the sensor is in firmware update mode",
@@ -29,9 +29,9 @@ _SPECIAL: Final = {
     ("HS", "02"): "the sensitivity was that already",
     ("HS", "03"): "this firmware has one sensitivity",
     ("TM", "01"): "no such control code",
-    ("TM", "02"): "the clock could be read already",
-    ("TM", "03"): "the clock could not be read anyway",
-    ("TM", "04"): "the clock cannot be read before TM0",
+    ("TM", "02"): "clock mode is on already",
+    ("TM", "03"): "clock mode is off already",
+    ("TM", "04"): "clock mode is off: send TM0 first",
 }
 _PARAMETERS: Final = {
     "01": "the first step is not a number",

@@ -75,7 +75,7 @@ class SlamPool(Closing):
 
     def __init__(self, processes: int, task: SlamTask) -> None:
         warm_up(Terminal(stderr=True), task.scenarios[0].slam)
-        self._pipes: list[Any] = []  # of a class that depends on the system
+        self._pipes: list[Any] = []  # Any: their class depends on the operating system
         self._processes = []
         context = get_context("spawn")
         for _ in range(processes):

@@ -79,7 +79,7 @@ def wall_overlap(x: float, y: float, ux: float, uy: float, half_x: float, half_y
 def _deeper(
     found: Overlap, share: float, x: float, y: float, ux: float, uy: float, half_x: float, half_y: float
 ) -> Overlap:
-    """Return the point at this share of the wall, if it is on the wall and deeper than ``best``."""
+    """Return the point at this share of the wall, if it is on the wall and deeper than ``found``; else ``found``."""
     if not 0.0 <= share <= 1.0:
         return found
     px, py = x + share * ux, y + share * uy

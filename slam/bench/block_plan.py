@@ -120,7 +120,7 @@ def _side(begin: FloatArray, end: FloatArray, random: np.random.Generator) -> Fl
         high = x + random.uniform(*_LENGTHS[kind])
         if high > length - _BETWEEN[0]:
             break
-        depth = min(random.uniform(*_DEPTHS[kind]), x, length - high)  # two sides share their corner at 45 degrees
+        depth = min(random.uniform(*_DEPTHS[kind]), x, length - high)  # rooms of two sides do not overlap at a corner
         outline += _room(x, high, depth, random) if kind == "room" else [(x, 0.0), (x, depth), (high, depth), (high, 0)]
         x = high + random.uniform(*_BETWEEN)
     points = T_map_side.transform(np.array([*outline, (length, 0.0)]))

@@ -76,7 +76,7 @@ def ours_learning(config: ChiSquareConfig) -> LineExtractor:
 
 def ours_of_noise(share: float, name: str = OURS) -> LineExtractor:
     """This project's extractor for range noise of this share of the maker's bound for the URG-04LX."""
-    return _ours_told(name, noise_of_sensor("urg04lx", 1.0 / share))
+    return _ours_with(name, noise_of_sensor("urg04lx", 1.0 / share))
 
 
 def ours_by_knowledge(noise_level: str) -> tuple[LineExtractor, ...]:
@@ -86,14 +86,14 @@ def ours_by_knowledge(noise_level: str) -> tuple[LineExtractor, ...]:
     named = ChiSquareConfig(sensor="urg04lx", bound_sigmas=3.0 / share)
     return (
         LineExtractor("ours, no sensor, one scan", partial(extract_segments, config=unnamed)),
-        _ours_told(f"ours, no sensor, {LONG} scans", _learnt(unnamed, noise_level, LONG)),
-        _ours_told(f"ours, named at 1/3, {SHORT} scans", _learnt(named, noise_level, SHORT)),
-        ours_of_noise(share / 3.0, "ours, told 1/3"),
-        ours_of_noise(2.0 * share, "ours, told x 2"),
+        _ours_with(f"ours, no sensor, {LONG} scans", _learnt(unnamed, noise_level, LONG)),
+        _ours_with(f"ours, noise x 1/3 at first, {SHORT} scans", _learnt(named, noise_level, SHORT)),
+        ours_of_noise(share / 3.0, "ours, noise x 1/3"),
+        ours_of_noise(2.0 * share, "ours, noise x 2"),
     )
 
 
-def _ours_told(name: str, noise: RangeNoise) -> LineExtractor:
+def _ours_with(name: str, noise: RangeNoise) -> LineExtractor:
     return LineExtractor(name, partial(extract_segments, config=ChiSquareConfig(), noise=noise))
 
 

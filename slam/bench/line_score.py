@@ -2,8 +2,8 @@
 
 A segment matches a wall if their intersection over union along the wall's line is at least 0.5, their directions differ
 by less than 10 degrees, and the distance of the segment's line from the middle of the wall is below 0.10 m. Matching is
-one to one and maximises the sum of overlaps. A segment that matches no wall is false, unless half of it overlaps a wall
-that is not required and its line is within 0.10 m of that wall's middle.
+one to one and maximises the sum of overlaps. A segment that matches no wall is false; but one that lies by half on a
+wall that is not required, within 0.10 m of its middle, is ignored.
 """
 
 from collections.abc import Sequence

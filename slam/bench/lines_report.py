@@ -34,9 +34,9 @@ _COLUMNS: Final = (
 )  # fmt: skip
 _NOTES: Final = (
     "TP: walls found. FP: segments that are not a wall. Angle, offset and time: medians; ends: median and 90 %. Times "
-    "are of one scan of 682 beams; x ours: time over ours. Ours is told the noise of the sensor, except in the last "
-    "rows: there it learns the noise from this scan only, or has learnt it from scans of other rooms, with no sensor "
-    "named or with one named that has a third of the noise; or it is told a wrong noise. "
+    "are of one scan of 682 beams; x ours: time over ours. Ours gets the noise of the sensor, except in the last rows. "
+    "No sensor: it learns the noise, from this scan only or from 50 scans of other rooms. Noise x 1/3 at first: it "
+    "begins with a third of the noise, and learns from 10 scans of other rooms. Noise x 1/3, x 2: it gets this noise. "
     '"paper, tuned", split-and-merge, RANSAC and Hough were tuned for each level on other seeds.'
 )
 

@@ -21,8 +21,8 @@ LOGS: Final = {
     for name in ("corridor_synthetic", "fr079", "aces", "fr101", "belgioioso", "duke_loop5", "wean1", "wean3", "mines1")
 }
 CENTRE_AHEAD: Final = 0.04
-"""Metres. fr079: the relations are those of the robot's centre, 4 cm ahead of the laser; the log has both at one
-place."""
+"""Distance of the robot's centre ahead of the laser in fr079, metres. The relations are those of the centre, and the
+log gives the laser the pose of the centre."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -75,7 +75,7 @@ def _times(found: MatcherComparison) -> ResultTable:
         for name, row in found.near.items()
     ]
     return ResultTable(
-        f"Time of one match, median in ms (and over ours), {found.places} places",
+        f"Time of one match, median in ms (and its ratio to ours), {found.places} places",
         ["points"] + [str(beams) for beams in BEAMS], rows,
         "All work for one scan on one thread: ours and the paper's include the extraction of lines, small_gicp "
         "includes its point cloud, and GICP the covariances of the cloud. Maps, trees and normals are made before.",

@@ -64,7 +64,7 @@ class Ransac:
 
 
 def _longest(indices: IntArray, max_hole: int) -> tuple[int, int]:
-    """Return first and last of the longest run of indices without a larger gap."""
+    """Return first and last of the longest run of indices that lacks at most ``max_hole`` indices in a row."""
     parts = np.split(indices, np.flatnonzero(np.diff(indices) > max_hole + 1) + 1)
     longest = max(parts, key=len)
     return int(longest[0]), int(longest[-1])

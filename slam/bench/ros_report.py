@@ -41,7 +41,7 @@ class _EnoughScans(Exception):
 
 @dataclass
 class _Stopwatch:
-    """Measures another watcher and the log, which encodes each step before it, and ends the run after some seconds."""
+    """Measures the watcher that publishes, without the encoding for the log; ends the run after ``scans`` scans."""
 
     watcher: SlamTopics
     messages: StepMessages
@@ -74,7 +74,9 @@ def ros_table(scenario: Scenario, pythons: Sequence[Path], seconds: float, conso
         watch = _drive(wandering, open_until_end)
         heard = {path: json.loads(client.communicate()[0].splitlines()[-1]) for path, client in clients.items()}
     cost = [f"{1e3 * np.median(watch.seconds):.3f}", f"{1e3 * watch.cpu / len(watch.seconds):.3f}"]
-    rows = [[path.absolute().parents[1].name, *_figures(watch.stamps, told), *cost] for path, told in heard.items()]
+    rows = [
+        [path.absolute().parents[1].name, *_figures(watch.stamps, received), *cost] for path, received in heard.items()
+    ]
     columns = (
         "client",
         "scans",
@@ -99,13 +101,13 @@ def _drive(scenario: Scenario, stack: ExitStack) -> _Stopwatch:
     return watch
 
 
-def _figures(sent: Sequence[float], told: dict[str, Any]) -> Iterator[str]:
+def _figures(sent: Sequence[float], received: dict[str, Any]) -> Iterator[str]:
     """Yield the cells of a client: scans sent since it was found, scans lost, and their ages."""
-    heard = np.array(told["stamps"])
+    heard = np.array(received["stamps"])
     since = [stamp for stamp in sent if stamp > heard.min(initial=np.inf) - 1e-6]
     yield f"{len(since)} of {len(sent)}"
     yield f"{sum(np.abs(heard - stamp).min() > 1e-6 for stamp in since)}"
-    ages = 1e3 * np.array(told["ages"] or [np.nan])
+    ages = 1e3 * np.array(received["ages"] or [np.nan])
     yield from (f"{age:.2f}" for age in (np.median(ages), np.percentile(ages, 99), ages.max()))
 
 

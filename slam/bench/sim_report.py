@@ -71,9 +71,9 @@ def unconstrained_tables(runs: Sequence[tuple[str, int, SimRun]]) -> list[Result
         "heading\nmost, deg", "open",
     )  # fmt: skip
     notes = (
-        "Errors along the line from the first to the last true position, and across it. Odometer: error along it of "
-        "the distance that odometry measures, with the true heading; only this distance is known there. Odometry: "
-        "error along it with odometry's own heading."
+        "Errors along the line from the first to the last true position, and across it. Odometer: final error along "
+        "the line of dead reckoning with the true heading, which no method can avoid there. Odometry: the same with "
+        "the heading of the odometry."
     )
     rows = [(label, *_cells(row)) for label, row in zip(labels, found, strict=True)]
     return [ResultTable("Where the scans leave a direction open", columns, [*rows, *summary], notes)]

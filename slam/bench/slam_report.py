@@ -1,7 +1,7 @@
 """``hopslam bench slam``: errors and costs on recorded logs, compared with raw odometry and other systems.
 
 PEERS are the best results of LaMa, Karto, GMapping and others, built from their own sources and run on these logs. The
-relations are those of Kuemmerle et al. 2009, the references GMapping's.
+relations between poses were published by Kuemmerle et al. 2009. The reference trajectories are GMapping's.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ DOUBLED_NOISE: Final = "corridor, noise x 2"
 PEERS: Final = {
     "corridor_synthetic": "ATE 0.077 (Karto), heading 0.10 (LaMa, 30 particles), extent 1.005 (Karto)",
     "fr079": "relations 0.047 m, 1.13 deg (LaMa)",
-    "mines1": "crispness 43.8 on a sister log (small_gicp)",
+    "mines1": "crispness 43.8 on another log of this mine (small_gicp)",
 }
 
 

@@ -62,7 +62,7 @@ def wall_faults(lines: FloatArray, points: FloatArray, origins: FloatArray) -> W
 
 
 def radial_lines(lines: FloatArray, points: FloatArray, origins: FloatArray) -> NDArray[np.bool_]:
-    """Return True for the lines of RADIAL and more that lie along most of the beams with the nearest echoes, (M,)."""
+    """Return True for the lines, RADIAL or longer, most of whose echoes came from beams along them, (M,)."""
     if not len(lines) or not len(points):
         return np.zeros(len(lines), np.bool_)
     of_piece, middles = _pieces(lines)

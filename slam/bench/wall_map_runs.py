@@ -25,7 +25,7 @@ from slam.scenario.file import load_scenario
 OURS: Final = "ours"
 ALL_SEGMENTS: Final = "all segments"
 SPLIT_AND_MERGE: Final = "split-and-merge"
-WAYS: Final = (OURS, ALL_SEGMENTS, SPLIT_AND_MERGE)
+LINE_MAPS: Final = (OURS, ALL_SEGMENTS, SPLIT_AND_MERGE)
 """Line maps: this method's own; every segment of every mapped scan, as the paper keeps them; segments by
 split-and-merge, merged. All from the same scans and estimated poses."""
 
@@ -56,7 +56,7 @@ class WallMapRun:
 
     ending: Ending
     scores: dict[str, WallScore]
-    """Score of the map of each of the WAYS."""
+    """Score of the map of each of the LINE_MAPS."""
 
 
 def run_wall_map(name: str, seed: int, settings: Sequence[str], allow_modules: Sequence[str] = ()) -> WallMapRun:
@@ -73,7 +73,7 @@ def run_wall_map(name: str, seed: int, settings: Sequence[str], allow_modules: S
         )
     finish(slam)
     maps = (slam.lines.ends, others.all_segments.ends, others.merged.ends)
-    scores = {way: score_walls(seen.walls, seen.seen, lines) for way, lines in zip(WAYS, maps, strict=True)}
+    scores = {way: score_walls(seen.walls, seen.seen, lines) for way, lines in zip(LINE_MAPS, maps, strict=True)}
     return WallMapRun(ending, scores)
 
 

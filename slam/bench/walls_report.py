@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from slam.bench.sim_runs import CASTER, repeating_command
-from slam.bench.wall_map_runs import OURS, WAYS, WallMapRun, run_wall_map, total_score
+from slam.bench.wall_map_runs import LINE_MAPS, OURS, WallMapRun, run_wall_map, total_score
 from slam.bench.worker_pool import run_in_workers
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
@@ -42,14 +42,13 @@ def _way_table(groups: dict[str, list[tuple[int, WallMapRun]]]) -> ResultTable:
     notes = (
         "All seeds together. Precision: share of the mapped length within 0.1 m of a true wall that faces the same "
         "side. Recall: share of the walls seen by three scans that is mapped. Length: median error of walls seen "
-        "whole. Ends: distance from their ends to the nearest of their lines. All segments: those of every mapped "
-        "scan, as the paper keeps them; split-and-merge: segments found by it, merged into lines. All have the same "
-        "poses."
+        "whole. Ends: distance from their ends to the nearest line on the wall. All segments: every segment of every "
+        "mapped scan, as in the paper. Split-and-merge: its segments, merged into lines. All maps use the same poses."
     )
     rows = [
         (name, way, *_cells(total_score([run.scores[way] for _, run in runs]), len(runs)))
         for name, runs in groups.items()
-        for way in WAYS
+        for way in LINE_MAPS
     ]
     return ResultTable("Line maps against the true walls", columns, rows, notes)
 

@@ -82,7 +82,7 @@ def bench_ros(
     seconds: Annotated[float, typer.Option(min=1.0, help="Time to drive, in real time.")] = 60.0,
     allow_modules: AllowModules = None,
 ) -> None:
-    """Measure --ros: scans that rclpy loses, their ages at its callback, and the loop's time for publishing.
+    """Measure --ros: lost scans, their age when a client with rclpy gets them, and the run's time for publishing.
 
     [bold]Examples[/bold]
 

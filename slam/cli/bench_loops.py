@@ -37,7 +37,8 @@ def bench_loops(
 ) -> None:
     """Measure the benefit and the cost of loop closing, with the same settings for all runs.
 
-    Every run is made with and without loop closing; errors are those of the poses at the time, and of the final poses.
+    Every run is made with and without loop closing; errors are those of the poses during the run, and of the final
+    poses.
 
     logs: recorded logs, their loops, and the cost per scan with and without loop closing. Missing logs are skipped.
 

@@ -13,7 +13,7 @@ Reference = Annotated[
     Path | None, typer.Option(metavar="FILE.tum", help="The true trajectory; default: the run's groundtruth.tum.")
 ]
 Relations = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Relations of Kuemmerle et al.: t1 t2 x y z roll pitch yaw.")
+    Path | None, typer.Option(metavar="FILE", help="Known relative poses (relations): t1 t2 x y z roll pitch yaw.")
 ]
 MaxGap = Annotated[float, typer.Option(min=0.0, help="Longest gap between poses, seconds, that is interpolated.")]
 
@@ -32,7 +32,7 @@ def evaluate(
         bool, typer.Option("--json", help="Print JSON, metres and radians, instead of a table.")
     ] = False,
 ) -> None:
-    """Score a trajectory: absolute and relative error against a reference, or the relations metric.
+    """Score a trajectory: absolute and relative error against a reference, or errors of known relative poses.
 
     A run is scored twice: with the poses as estimated during the run, and with the final ones after loop closing.
 

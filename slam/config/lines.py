@@ -12,9 +12,9 @@ class HoppingConfig(Section):
     """Line extraction as printed, sections 3.1 to 3.3."""
 
     method: Literal["paper"] = "paper"
-    """This method."""
+    """The name of this method."""
     sigma_Th: float = Field(25.0 / 1024, ge=1e-5)  # the paper gives no unit; metres are assumed, as for the points
-    """Threshold on the smallest singular value sigma_3, metres; below 10 um prefix sums lose it in rounding."""
+    """Threshold on the smallest singular value sigma_3, metres; below 10 um the rounding of prefix sums is larger."""
     L_Th: int = Field(4, ge=3)
     """A segment is kept when it has more than this many points (Proc. 7). The paper gives no value."""
     psi: int = Field(1, ge=0)

@@ -84,7 +84,7 @@ class SearchConfig(Section):
     reach: float = Field(15.0, gt=0)
     """Walls farther than this from the sensor, metres, are ignored."""
     gain: float = Field(1.5, ge=0)
-    """A pose found by search is accepted if this many more pieces of the scan agree with the map."""
+    """A pose found by search is accepted if this many more pieces of the scan agree with the map there."""
     prior_weight: float = Field(0.2, ge=0)
     """Weight of half the squared Mahalanobis distance to the prior, relative to the number of pieces that agree."""
 

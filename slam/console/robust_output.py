@@ -54,7 +54,7 @@ class RobustOutput:
         self._output = RobustFile(1)
         if 1 in closed:
             self._output.error = OSError(errno.EBADF, "it was closed")
-        if sys.stdout is sys.__stdout__:  # unless a test has replaced it
+        if sys.stdout is sys.__stdout__:  # False if a test has replaced it
             sys.stdout = _text(self._output, sys.stdout)
             sys.stderr = _text(RobustFile(2), sys.stderr)
 

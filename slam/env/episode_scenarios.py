@@ -104,7 +104,7 @@ class EpisodeScenarios:
         self._template: ScenarioTemplate | None = None
         if isinstance(scenario, Scenario) and not self._settings:
             self.first = scenario
-            """Make the scenario of the file's own seed."""
+            """Scenario of the file's own seed."""
         else:
             self._template = self._load()
             self.first = self._template.draw()
@@ -113,7 +113,7 @@ class EpisodeScenarios:
     def draw(self, seed: int | None, options: ResetOptions) -> Scenario:
         """Make the scenario of an episode with this seed, or with the file's own.
 
-        Return ``first`` if it is the same.
+        It is the object ``first`` if neither options nor the seed change anything.
         """
         if options.settings:
             scenario = self._load(options.settings).draw(seed)

@@ -31,8 +31,8 @@ BATCH: Final = "sim.batch.env:BatchEnv"
 class _SyncUnlessTold(dict[str, Any]):
     """Arguments that make ``gymnasium.make_vec`` use separate environments by default.
 
-    gymnasium takes ``vectorization_mode`` from an environment's arguments with the caller's as the default; if the
-    caller gave none, it would choose the vector entry point, which has no PyBullet.
+    If the caller gives no ``vectorization_mode``, gymnasium would choose the vector entry point, which has no PyBullet.
+    It looks for the mode in these arguments first, by ``pop``.
     """
 
     def pop(self, key: str, default: Any = None) -> Any:

@@ -38,7 +38,7 @@ class Extent:
 def seen_ranges(scan: LaserScan) -> FloatArray:
     """Measure how far each beam saw, metres (N,).
 
-    That is up to its echo, or up to the range limit if neither it nor its neighbours have one.
+    A beam sees up to its echo. If neither it nor its neighbours have an echo, it sees up to the range limit.
 
     A single beam without an echo was lost, which happens in front of walls too: it saw nothing, as does a beam that was
     too close or in error.

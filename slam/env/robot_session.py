@@ -152,6 +152,6 @@ def _require_lidar(scan: LaserScan, config: LidarConfig) -> None:
     if blind or given.range_max != expected.range_max:
         raise RobotError(
             f"the robot's scans have {given.beams} beams and reach {given.range_max:g} m; those of lidar.model "
-            f"{config.model} have {expected.beams}, {blind} of them elsewhere, and reach {expected.range_max:g} m: "
-            "set lidar to what it carries"
+            f"{config.model} have {expected.beams}, {blind} of them outside that fan, and reach "
+            f"{expected.range_max:g} m: set lidar.model to the robot's lidar"
         )

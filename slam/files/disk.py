@@ -32,10 +32,10 @@ class Disk:
 
     def sync(self, file: FileIO) -> None:
         """Sync everything to the disk."""
-        if sys.platform == "darwin":  # where fsync leaves it in the memory of the drive
+        if sys.platform == "darwin":  # fsync does not empty the cache of the drive
             import fcntl
 
-            with suppress(OSError):  # not every file system can
+            with suppress(OSError):  # some file systems do not support it
                 fcntl.fcntl(file, fcntl.F_FULLFSYNC)
         os.fsync(file.fileno())
 

@@ -28,7 +28,7 @@ def parse_json(text: bytes) -> Any:
     try:
         return json.loads(text, parse_constant=_refuse)
     except RecursionError:
-        raise ValueError("lists or objects inside each other, too many to be read") from None
+        raise ValueError("lists or objects are nested too deeply") from None
 
 
 def _refuse(name: str) -> NoReturn:

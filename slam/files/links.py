@@ -1,4 +1,4 @@
-"""Links to folders and files, as far as the system has them."""
+"""Links to folders and files, where the system supports them."""
 
 import os
 import stat

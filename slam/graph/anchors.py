@@ -38,12 +38,12 @@ class Anchors:
     """Scans, each with its pose in a submap of the graph; 56 bytes per scan."""
 
     def __init__(self) -> None:
-        self._numbers = array("i")  # of the scan, of the submap, and so on
-        self._poses = array("d")  # T_local_laser, T_submap_laser, and so on
+        self._numbers = array("i")  # for each scan: its index, number of its submap
+        self._poses = array("d")  # for each scan: T_local_laser, T_submap_laser
 
     @property
     def nbytes(self) -> int:
-        """Memory of all of them, bytes."""
+        """Memory of all anchors, bytes."""
         return sum(part.itemsize * len(part) for part in (self._numbers, self._poses))
 
     def add(self, index: int, T_local_laser: FloatArray, submap: int, T_submap_laser: FloatArray) -> None:

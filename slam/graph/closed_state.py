@@ -18,7 +18,7 @@ from slam.pose import FloatArray, Pose2D
 def placed(
     state: SurfelMapperState, T_map_local: Pose2D, surfel_map: SurfelMap, uncertainty: MapUncertainty
 ) -> SurfelMapperState:
-    """Return the state, frame ``local``, in a map."""
+    """Transform a state from the frame ``local`` to the frame of this map."""
     T_map_base, T_map_added = (
         None if pose is None else T_map_local @ pose for pose in (state.T_map_base, state.T_map_added)
     )
@@ -35,7 +35,7 @@ def placed(
 
 
 def uncertainty_of(closed: ClosedRun) -> MapUncertainty:
-    """Return the uncertainty of each tile of the map: that of the first key scan that was taken in it."""
+    """Return the uncertainty of the map, tile by tile: the covariance of the first key scan in the tile."""
     tiles: Tiles = {}
     T_laser_base = Pose2D.from_array(closed.T_base_laser).inverse()
     for pose, covariance in zip(closed.poses, closed.covariances, strict=True):

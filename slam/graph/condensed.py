@@ -37,7 +37,7 @@ class CondensedGraph:
 
     def __init__(self, graph: SubmapGraph, kernel: float) -> None:
         self._graph, self._kernel = graph, kernel
-        self._edges: list[Edge] = []  # of the loops, between numbers of submaps
+        self._edges: list[Edge] = []  # one for each loop, between numbers of submaps
         self._covariances: dict[int, FloatArray] = {}
         self.weights = np.empty(0)
         """Weight of every loop."""

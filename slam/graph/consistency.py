@@ -1,4 +1,4 @@
-"""Agreement of loops: whether two of them give a submap the same pose, along the graph between them.
+"""Agreement of two loops: whether both correct the later submaps in the same way, within the uncertainty of the graph.
 
 A single loop may be wrong, as a building has places that look alike. Two loops of submaps without a common scan rarely
 agree on the same error (after Mangelson et al., "Pairwise consistent measurement set maximization", ICRA 2018).
@@ -64,7 +64,7 @@ class Consistency:
         return bool(along[0, 0] + along[1, 1] + back[0, 0] + back[1, 1] <= FARTHEST**2)
 
     def _covariance(self, other: Loop, there: FloatArray) -> FloatArray:
-        """Return the covariance (3, 3) of that difference, with the submap at its pose by the first loop."""
+        """Return the covariance (3, 3) of the difference of the two loops, at the pose given by the first one."""
         graph = self._graph
         turn = float(_jump(self._loop, graph)[2])
         c, s = np.cos(turn), np.sin(turn)
@@ -113,7 +113,7 @@ def renumbered(loop: Loop, number: int) -> Loop:
 
 
 def _jump(loop: Loop, graph: SubmapGraph) -> FloatArray:
-    """Return the motion (3,), map frame, by which a loop would move its submap and everything attached to it."""
+    """Return the motion (3,), map frame, by which a loop would correct its submap."""
     submap, other = graph.submaps[loop.submap], graph.submaps[loop.other]
     claimed = compose_poses(graph.correction(other), loop.T_other_submap)
     return compose_poses(claimed, inverse_poses(graph.correction(submap)))

@@ -15,7 +15,7 @@ MIDDLE_X, MIDDLE_Y, ALONG_X, ALONG_Y, LENGTH = range(5)
 """Columns of walls (M, 5): the middle and the length, metres, and the unit vector from start to end; the floor is on
 its left."""
 BELIEVED_HITS: Final = 3.0
-"""Least number of scans in which a surfel was seen, so that a wall of the shortest length counts."""
+"""Surfels with fewer hits get this number, so that walls of the shortest length count after a single scan."""
 SHORTEST: Final = 0.4
 """Least length of a wall, metres; shorter ones may be legs of tables."""
 CELL: Final = 0.25

@@ -19,7 +19,7 @@ from slam.lines.facets import NX, NY, VARIANCE, X, Y
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
 
-if TYPE_CHECKING:  # here, as it takes long to load
+if TYPE_CHECKING:  # scipy loads slowly
     from scipy.sparse import csr_matrix
     from scipy.sparse.linalg import SuperLU
 
@@ -97,7 +97,7 @@ class _Sensed(NamedTuple):
     facets: FloatArray
     """(F, 7): facets, sensor frame."""
     variances: FloatArray
-    """(F,): variance along the normal, with all additions."""
+    """(F,): variance along the normal, increased by ``floor`` and ``correlation``."""
     scans: IntArray
     """(F,): index of the key scan."""
 
@@ -119,7 +119,7 @@ class _Sensed(NamedTuple):
 
 
 def _beside_walls(edges: Edges, weights: FloatArray, nodes: IntArray, count: int, reused: float) -> FloatArray:
-    """Return the weights (E,) of the edges next to the walls. Edges of odometry between key scans keep theirs."""
+    """Return the weights (E,) that the edges have when the walls are added: lower, except for odometry's edges."""
     is_key = np.zeros(count, np.bool_)
     is_key[nodes] = True
     odometry = is_key[edges.first] & is_key[edges.second] & ~edges.robust
@@ -149,7 +149,7 @@ def _conjugate_gradients(
     right: FloatArray,
     settings: RefinementSettings,
 ) -> FloatArray:
-    """Solve (H + S) x = ``right`` (N, 3) with the first node fixed."""
+    """Solve (H + S) x = ``right`` (N, 3) with the first node fixed; S are the equations of the walls."""
     x, residual = np.zeros_like(right), right.copy()
     residual[0] = 0.0
     direction, before, least = np.zeros_like(right), np.inf, 0.0

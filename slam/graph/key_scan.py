@@ -19,7 +19,7 @@ class KeyScan:
     T_local_laser: FloatArray
     """(3,): T_local_laser."""
     submaps: tuple[int, ...]
-    """Numbers of the submaps that it was added to; the first is the one that it was matched to."""
+    """Numbers of the submaps to which the scan was added. It was matched to the first of them."""
     facets: FloatArray
     """(F, 7): short pieces of wall, sensor frame; the columns are those of ``slam.lines.facets``."""
     ranges: NDArray[np.float32]

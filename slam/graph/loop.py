@@ -51,8 +51,8 @@ def loop_keys(
 ) -> IntArray:
     """Return places of loops, (L, 2): indices of the two key scans that each loop joins.
 
-    The first is the middle one of the agreeing key scans of the found submap; the second is the nearest to it of the
-    submap in which it was found.
+    The first is the middle one of the agreeing key scans of the found submap. The second is the key scan nearest to it
+    in the submap in which the loop was found.
 
     ``keys_of`` has the key scans of every submap, ``key_of`` gives that of a node; ``poses`` (K, 3) are those of all.
     """

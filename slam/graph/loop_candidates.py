@@ -92,7 +92,8 @@ class LoopCandidates:
     def is_plausible(self, candidate: WallCandidate, submap: Submap, covariance: FloatArray) -> bool:
         """Return True if the graph does not contradict a pose: a building may look alike from both ends.
 
-        The covariance (3, 3) is that of the other relative to the submap. Over a break the graph has no information.
+        ``covariance`` (3, 3) is that of the candidate's submap relative to ``submap``. Over a break the graph has no
+        information.
         """
         other = candidate.other
         if self._is_break_between(other, submap):

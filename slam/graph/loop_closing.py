@@ -56,10 +56,10 @@ class LoopClosing:
         self._tracking = MapTracking(mapper.config, mapper.map.config)
         self._process: BackEndProcess | None = None
         self._early: list[KeyScan] = []  # not yet sent to the process
-        self._since: deque[KeyScan] = deque()  # possibly not in the next closure
-        self._known = 0 if known is None else len(known.keys)  # number of key scans before those
+        self._since: deque[KeyScan] = deque()  # key scans that the next closure may lack
+        self._known = 0 if known is None else len(known.keys)  # number of key scans before the first of ``_since``
         self._jobs: deque[tuple[int, int]] = deque()  # submaps being searched, and the scan at which the result is due
-        self._submap = mapper.number  # to which the last key scan was matched
+        self._submap = mapper.number  # number of the submap of the last key scan
         self.waited = 0.0
         """Seconds that the last ``follow`` waited for the back end, as a stepped run does."""
         self.back_end_lost = ""

@@ -39,7 +39,8 @@ FOUND_INFORMATION: Final = np.diag(1.0 / np.array([0.3, 0.3, 0.1]) ** 2)
 AMBIGUOUS: Final = 0.9
 """Share of the best agreement with which a second pose makes the direction between them unconstrained."""
 APART, TURNED = 0.3, 0.1
-"""Least distance of such a second pose, metres, and heading difference, radians, with which both are rejected."""
+"""A second pose counts if it is farther than this from the best, metres; if it is turned by more, radians, both are
+rejected."""
 OWN_SIGMAS: Final = np.array([0.1, 0.1, 0.02])
 """Standard deviations of the path within submaps, metres and radians, added to those of the graph."""
 
@@ -65,7 +66,8 @@ class LoopSearch:
     def find(self, view: SubmapView, other: Submap, covariance: FloatArray, proposal: Proposal) -> Loop | None:
         """Search a submap in another one.
 
-        ``covariance`` (3, 3) is that of the other's node relative to the first, map axes. None if they do not agree.
+        ``covariance`` (3, 3) is that of the node of ``other`` relative to the node of ``view``, map axes. None if the
+        two submaps do not agree.
         """
         T_other_submap = between(self._graph.correction(other), self._graph.correction(view.submap))
         middle = _nearest_first(view, other, T_other_submap)[0]
@@ -77,8 +79,8 @@ class LoopSearch:
     ) -> Loop | None:
         """Search a submap near a pose in another one.
 
-        ``covariance`` (3, 3) is that of the first one's key scan nearest to the other's path, axes of the other's frame
-        ``local``.
+        ``covariance`` (3, 3) is that of one key scan of ``view``, the nearest to the path of ``other``, with the axes
+        of the frame ``local`` of ``other``.
         """
         nearest_first = _nearest_first(view, other, T_other_submap)
         middle = int(nearest_first[0])

@@ -42,7 +42,7 @@ class MapTracking:
         self._search = PoseSearch(config.search, map_config.carve_reach, WallHeading(Directions(), enabled=False))
         self._no_echo_reach = map_config.no_echo_reach
         self._waiting: list[KeyScan] = []  # since a break, with unknown poses in the map
-        self._last, self._covariance = Pose2D(), np.zeros((3, 3))  # of the sensor at the last of them, map frame
+        self._last, self._covariance = Pose2D(), np.zeros((3, 3))  # pose at the last waiting scan, map frame
 
     def follow(self, key: KeyScan, T_map_local: FloatArray, grid: Grid) -> tuple[FloatArray, list[KeyScan]]:
         """Return ``T_map_local`` (3,) after a key scan, and the key scans whose poses in the map became known."""

@@ -15,7 +15,7 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 from slam.small_matrices import add, inverse, product, subtract_product, write
 
-if TYPE_CHECKING:  # here, as it takes long to load
+if TYPE_CHECKING:  # scipy loads slowly
     from scipy.sparse import csc_matrix
 
 

@@ -76,7 +76,7 @@ def lengths_of(motions: FloatArray) -> FloatArray:
 def motion_errors(keys: list[KeyScan], follows: NDArray[np.bool_]) -> FloatArray:
     """Return the motion to each key scan by the wheels minus that by matching, (K, 3): along, across, turn.
 
-    Zero where it does not follow the previous one, mask (K,).
+    It is zero for a key scan that does not follow the previous one, by the mask ``follows`` (K,).
     """
     local = np.array([key.T_local_laser for key in keys]).reshape(-1, 3)
     wheels = np.array([key.wheel_motion for key in keys]).reshape(-1, 3)

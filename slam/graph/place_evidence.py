@@ -1,7 +1,8 @@
 """Evidence for poses of submaps: overlapping walls, against walls on floor that was seen to be free.
 
-Compiled. A pose is refined by least squares on the overlapping walls. Its score measures how well these fix it in every
-direction, reduced by the metres of wall of either submap on the free floor of the other.
+Compiled. A pose is refined by least squares on the overlapping walls. Its score measures how well these walls fix the
+pose in every direction. It is reduced by the length of walls of one submap that lie on floor which the other submap saw
+to be free.
 """
 
 from typing import Final
@@ -35,7 +36,7 @@ MIN_OVERLAP: Final = 0.1
 MAX_SIGMAS: Final = 3.0
 """Standard deviations of the offset beyond which two walls do not match."""
 PRIOR: Final = np.array([0.1, 0.1, 1.0])
-"""Information that holds x, y (metres of wall) and heading (metres^3) in a round."""
+"""Information of a weak prior that keeps x, y (metres of wall) and heading (metres^3) where walls do not fix them."""
 SLACK: Final = 1.0
 """Metres by which the rounds may move two walls against each other."""
 CONTRADICTION: Final = 8.0
@@ -91,7 +92,7 @@ def _pairs(walls: FloatArray, others: FloatArray) -> IntArray:
 def normal_equations(
     walls: FloatArray, others: FloatArray, pairs: IntArray, x: float, y: float, kernel: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return information (3, 3), negative gradient (3,), for a step of x, y and theta about (x, y), and metres of wall.
+    """Return the information (3, 3) and the negative gradient (3,) for a step of x, y and theta about (x, y).
 
     They are summed over overlapping pairs of walls, weighted by their overlap and their distance.
     """

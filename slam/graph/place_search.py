@@ -136,10 +136,7 @@ def _add_to(sums: NDArray[np.uint16], line: NDArray[np.uint8]) -> None:
 
 @compiled_on_views
 def _inside(first: int, size: int, blocks: int) -> tuple[int, int]:
-    """Return the blocks that begin inside the picture, if the first begins at this pixel.
-
-    Blocks before it count as far as they overlap the picture.
-    """
+    """Return the range of blocks that begin inside the picture, if block 0 begins at pixel ``first``."""
     low = 0 if first >= 0 else (-first + BLOCK - 1) // BLOCK
     high = min(blocks, (size - 1 - first) // BLOCK + 1)
     return low, max(high, low)

@@ -17,7 +17,7 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray, wrap_angles
 from slam.small_matrices import product, times
 
-if TYPE_CHECKING:  # here, as it takes long to load, and only the solver needs it
+if TYPE_CHECKING:  # scipy loads slowly, and only the solver needs it
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import SuperLU
 
@@ -74,9 +74,9 @@ class Edges(NamedTuple):
         return np.asarray(self.loop != NO_LOOP)
 
     def settled(self, weights: FloatArray) -> tuple[Self, FloatArray]:
-        """Return these edges, with those over breaks as ordinary ones, and all weights.
+        """Return the edges and their weights (E,) once the weights of edges over breaks are final.
 
-        The information of edges over breaks is multiplied by their weights (E,).
+        Edges over breaks become ordinary ones: their information is multiplied by their weight.
         """
         breaks = self.loop == BREAK
         information = self.information * np.where(breaks, weights, 1.0)[:, None, None]

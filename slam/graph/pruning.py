@@ -1,9 +1,9 @@
 """Pruning: redundant submaps are removed, so that the graph grows with the area and not with time.
 
-A submap is redundant if it was found in earlier ones, its key scans agree with these nearly as well as with itself, and
-earlier key scans were taken near each of them with a similar heading; a place that has changed is kept. Its edges are
-replaced by ties between the neighbouring submaps, and a few of its scans become anchors, attached to the most certain
-of the submaps in which it was found.
+A submap is redundant on three conditions. It was found in earlier submaps; its key scans agree with these nearly as
+well as with itself, so that a place that has changed is kept; and near each of its key scans earlier ones were taken
+with a similar heading. The edges of a redundant submap are replaced by ties between the neighbouring submaps. A few of
+its scans become anchors, attached to the most certain of the submaps in which it was found.
 """
 
 from collections.abc import Iterable
@@ -21,8 +21,7 @@ from slam.graph.submap_graph import Remaining, SubmapGraph
 from slam.pose import FloatArray, wrap_angles
 
 DELAY: Final = 3
-"""Number of submaps finished after one before it is judged: the next ones may be found in it, or contradict its
-loops."""
+"""A submap is judged after this number of later ones: they may be found in it, or contradict its loops."""
 BELIEVED: Final = 0.5
 """Least weight of a loop that counts."""
 NEAR, TURNED = 1.0, np.radians(30.0)
@@ -30,9 +29,9 @@ NEAR, TURNED = 1.0, np.radians(30.0)
 ENOUGH: Final = 6
 """Number of such key scans that make another one redundant; places that were driven only twice are kept."""
 MIN_AGREEING: Final = 0.8
-"""Least share of the key scans of a submap that agree with those in which it was found."""
+"""Least share of the key scans of a submap that agree with the submaps in which it was found."""
 UNCHANGED: Final = 0.8
-"""Least agreement in one of them, relative to that in their own submap: mean shares of the facets."""
+"""Least agreement of the key scans with an earlier submap, as a share of their agreement with their own submap."""
 
 
 class Pruning:
@@ -44,7 +43,7 @@ class Pruning:
         self._redundant: set[int] = set()
 
     def prune(self, finished: int) -> Remaining | None:
-        """Judge the submaps before the last finished one; return what is left if one was removed.
+        """Judge the submaps before the last finished one; if one was removed, return the remaining parts of the graph.
 
         Neighbours share half of their key scans, so that only every other submap would stay.
         """
@@ -67,7 +66,7 @@ class Pruning:
     def _is_found(self, submap: Submap) -> bool:
         """Return True if a submap and its key scans agree with earlier ones.
 
-        Loops show it, including those of other submaps with the same key scans.
+        The evidence comes from the loops of the submap, and from those of other submaps with the same key scans.
         """
         graph, number = self._graph, submap.number
         weights = self._condensed.weights.tolist()

@@ -31,7 +31,7 @@ class RunGraph:
     scans: IntArray
     """(K,): index of its scan in the run, below zero for an earlier run."""
     key_submaps: tuple[tuple[int, ...], ...]
-    """Numbers of the submaps that each key scan was added to; the first is the one that it was matched to."""
+    """Numbers of the submaps to which each key scan was added. It was matched to the first of them."""
     covariances: FloatArray
     """(K, 3, 3): covariance of its pose."""
     submaps: tuple[Submap, ...]
@@ -74,7 +74,7 @@ class RunGraph:
     def loop_ends(self, poses: FloatArray) -> FloatArray:
         """Return the two positions of each loop (L, 2, 2) by the poses of the base (S, 3) at the scans of the run.
 
-        Scans of an earlier run or behind a damaged line have their positions in the graph.
+        For scans of an earlier run, and scans whose poses were lost by damage, the positions in the graph are used.
         """
         known = compose_poses(self.poses, inverse_poses(self.T_base_laser)[None].repeat(len(self.poses), axis=0))
         own = (self.scans >= 0) & (self.scans < len(poses))

@@ -25,7 +25,7 @@ class ShownMap:
         self._T_map_local = np.zeros(3)
         self._poses: list[FloatArray] = []
         self._rebuilt = 0  # number of key scans when the map was rebuilt
-        self._told = 0  # number of known loops
+        self._known_loops = 0  # number of known loops
 
     def add(self, key: KeyScan) -> None:
         """Add a key scan at the front end's pose."""
@@ -34,7 +34,8 @@ class ShownMap:
     def has_moved(self) -> bool:
         """Return True if key scans have moved far enough since the last rebuild for another one.
 
-        The smaller distance is enough after many new key scans, and none at all after as many as are kept.
+        The smaller distance is enough after many new key scans. Once their number has doubled, the map is rebuilt
+        anyway.
         """
         offsets = self._graph.key_poses() - np.array(self._poses)
         moved = float(np.hypot(offsets[:, 0], offsets[:, 1]).max())
@@ -47,12 +48,12 @@ class ShownMap:
 
     def renew(self, T_map_local: FloatArray) -> tuple[Loop, ...]:
         """Take over the poses of all key scans in the graph; return the loops that are new to the front end."""
-        new = tuple(self._graph.loops[self._told :])
-        self._T_map_local, self._told = T_map_local, len(self._graph.loops)
+        new = tuple(self._graph.loops[self._known_loops :])
+        self._T_map_local, self._known_loops = T_map_local, len(self._graph.loops)
         self._poses, self._rebuilt = list(self._graph.key_poses()), self._graph.added_count
         return new
 
     def keep(self, left: Remaining) -> None:
         """Remove what has left the graph."""
         self._poses = [self._poses[key] for key in left.keys]
-        self._told = sum(loop < self._told for loop in left.loops)
+        self._known_loops = sum(loop < self._known_loops for loop in left.loops)

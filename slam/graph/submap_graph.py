@@ -90,7 +90,7 @@ class SubmapGraph:
             self._join_to_nearest(self.submaps[key.submaps[0]])
 
     def is_first_of_run(self, key: KeyScan) -> bool:
-        """Return True for the first key scan of this run; those before it are of an earlier one."""
+        """Return True for the first key scan of this run; the key scans before it, if any, are of an earlier run."""
         return not self.keys or (self.keys[-1].index < 0 <= key.index)
 
     def add_loop(self, loop: Loop) -> None:
@@ -173,7 +173,7 @@ class SubmapGraph:
         self.edges = [*own, *(edge for loop in self.loops for edge in loop.edges)]
 
     def _T_map_local(self, key: KeyScan) -> FloatArray:
-        """Return ``T_map_local`` of the submap that it was matched to, or of the last one, if it begins a new one."""
+        """Return ``T_map_local`` of the submap to which a key scan was matched; if it begins one, of the last one."""
         if self.is_first_of_run(key):
             return np.zeros(3)
         known = self.submaps.get(key.submaps[0]) or self.submaps[self.keys[-1].submaps[0]]

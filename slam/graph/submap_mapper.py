@@ -38,8 +38,7 @@ MISFITS: Final = 2
 may come from wheels that reported late."""
 
 RECOVERED_SHARE: Final = 0.5
-"""Least share of agreeing facets of the scan after such a contradiction; below it, that scan contradicts the map
-too."""
+"""Least share of agreeing facets of the next scan after a contradiction; below it, it contradicts the map as well."""
 
 
 class SubmapMapper(SurfelMapper):
@@ -61,7 +60,8 @@ class SubmapMapper(SurfelMapper):
         """Number of the submap that began last."""
         self._open = [state.map]  # oldest first
         self._last_key: Pose2D | None = None
-        self._path_length = self._began = 0.0  # path length, and that at the start of the last submap, metres
+        self._path_length = 0.0  # metres
+        self._began = 0.0  # path length at which the last submap began
         self._keys = 0  # number of key scans of the last submap
         self._misfits = 0  # consecutive scans that contradicted the map
 

@@ -14,7 +14,7 @@ class SubmapUncertainty:
         self._last: tuple[Pose2D, FloatArray] = Pose2D(), np.zeros((3, 3))
 
     def pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
-        """Return the covariance (3, 3) of a pose, given that against the submap."""
+        """Return the covariance (3, 3) of a pose; ``match_covariance`` is that of the match to the submap."""
         began, covariance = self._open[0]
         self._last = pose, propagate(covariance, began, pose) + match_covariance
         return self._last[1]
@@ -27,8 +27,5 @@ class SubmapUncertainty:
         self._open = [*self._open, self._last][-most:]
 
     def set_covariance(self, pose: Pose2D, covariance: FloatArray) -> None:
-        """Set the covariance (3, 3) of the submap that scans are matched to, in ``local``.
-
-        It is known after a loop was closed.
-        """
+        """Set the pose and covariance (3, 3) of the submap that scans are matched to, as a closed loop gave them."""
         self._open[0] = pose, covariance

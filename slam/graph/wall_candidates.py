@@ -12,9 +12,9 @@ from slam.pose import FloatArray, compose_poses, inverse_poses
 MAX_PAIRS: Final = 30
 """Number of earlier submaps that a submap is compared with."""
 MAX_PLACES: Final = 3
-"""Poses that are kept in each of them."""
+"""Largest number of poses in one earlier submap."""
 MAX_CANDIDATES: Final = 8
-"""Poses that are kept in all of them together."""
+"""Largest number of poses in all earlier submaps together."""
 
 
 class WallCandidate(NamedTuple):
@@ -41,7 +41,7 @@ class WallCandidates:
         self._constellations = {number: one for number, one in self._constellations.items() if number in numbers}
 
     def of(self, submap: Submap, others: Sequence[Submap]) -> list[WallCandidate]:
-        """Return poses of a submap in the first of these, best score first."""
+        """Return poses of a submap in others, best score first; only the first MAX_PAIRS of the others are tried."""
         own, middle, rows = self._constellations[submap.number], inverse_poses(_middle(submap)), []
         for other in others[:MAX_PAIRS]:
             for place in propose_places(own, self._constellations[other.number], MAX_PLACES):

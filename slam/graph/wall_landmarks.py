@@ -189,7 +189,7 @@ def _grow_one(
 def _drop_deviating(
     pieces: FloatArray, members: IntArray, straight: float, wall_of: IntArray, sums: FloatArray, line: FloatArray
 ) -> None:
-    """Remove pieces from a wall whose line turned away from them as it grew; they may form another one."""
+    """Remove pieces from which the line of the wall turned away while it grew; they may form another wall."""
     for k in members:
         if not _lies_on(pieces[k], line, straight):
             wall_of[k] = -1

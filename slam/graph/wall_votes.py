@@ -33,7 +33,7 @@ LONGEST_VOTE: Final = 3.0
 SAME_WAY: Final = 0.9925
 """Cosine between two walls that face the same way: 7 degrees."""
 CHANCE: Final = 1.0
-"""Prior information in each direction, metres of wall: what chance alone would give."""
+"""Information in each direction, metres of wall, that walls give by chance; it is subtracted from the score."""
 MIN_OVERLAP: Final = 0.1
 """Least overlap of two walls for a vote, metres."""
 BLUR = (0.5, 1.0, 0.5)

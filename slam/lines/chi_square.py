@@ -29,7 +29,7 @@ BATCH: Final = 64
 
 
 def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig, noise: RangeNoise | None = None) -> Segments:
-    """Find the segments of the scan with their covariance, sensor frame; they count its points as ``scan.points()``.
+    """Find the segments of the scan with their covariance, sensor frame; their indices refer to ``scan.points()``.
 
     ``noise`` is that of its ranges; without it, it is estimated from this one scan and the settings.
 

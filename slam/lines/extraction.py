@@ -24,7 +24,7 @@ _COLUMNS: Final[dict[str, tuple[type[float], tuple[int, ...]]]] = {
 
 
 def extract_segments(scan: LaserScan, config: LineConfig, noise: RangeNoise | None = None) -> Segments:
-    """Find the segments of the scan, sensor frame; they count its points as ``scan.points()`` does.
+    """Find the segments of the scan, sensor frame; their indices refer to ``scan.points()``.
 
     ``noise`` is that of its ranges; without it, it is estimated from this one scan and the settings.
     """

@@ -4,8 +4,8 @@ Along a straight wall 1/r is a sinusoid of the bearing, so that of three neighbo
 difference u(-1) - 2 cos(step) u(0) + u(+1) of u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners, gaps and
 clutter give differences of any size; in a scan among chair legs they dominate. So differences are counted over many
 scans, by range and by size. Over the logarithm of the size, noise is a peak of known width, and clutter a slowly rising
-background. The estimated noise is the one whose peaks, one in each half octave of range, are most likely on such a
-background.
+background. In each half octave of range, the estimated noise is the one for which the counts are most likely: its peak
+and the background together.
 """
 
 from functools import lru_cache
@@ -63,7 +63,7 @@ def _size(edge: float) -> float:
 
 
 def _peak_of_noise(sigma: float) -> FloatArray:
-    """Return the share of each bin in the differences of this noise that are counted, (SIZES,)."""
+    """Return the share of each bin, (SIZES,), in all the differences in the bins, if they have this noise only."""
     below = np.array([erf(_size(k) / (sqrt(2.0) * sigma)) for k in range(SIZES + 1)])
     return np.asarray(np.diff(below) / (below[-1] - below[0]))
 

@@ -14,7 +14,7 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 BLOCK = 8  # points of the largest initial runs
-GOOD_FIT = 0.85  # times its points: a block with a smaller chi-square becomes one initial run
+GOOD_FIT = 0.85  # chi-square per point below which a block becomes one initial run
 SMALL_RUN = 12  # points: a run this small between two others may be only their corner
 WINDOW = 8  # points to both sides in which the end of a run is searched
 
@@ -32,9 +32,9 @@ class Partition(NamedTuple):
 
 @compiled_on_views
 def cut_blocks(sums: FloatArray, new: NDArray[np.bool_], n: int, partition: Partition) -> int:
-    """Cut the points into runs of eight or four if these lie well on a line, else of two.
+    """Cut the ``n`` points into runs of eight or four if these lie well on a line, else of two; an odd rest has three.
 
-    At the end of an odd piece a run has three; ``new`` is True for the points, of ``n``, that come after a gap.
+    ``new`` is True for each point after a gap, where a run must begin.
     """
     start, after_gap, cost = partition
     m = begin = 0

@@ -31,7 +31,7 @@ class Segments:
     covariance: FloatArray | None = None  # (M, 2, 2) of [rho, theta]; None if the method has none
     start_covariance: FloatArray | None = None  # (M, 2, 2) of [x, y]
     end_covariance: FloatArray | None = None  # (M, 2, 2)
-    noise: RangeNoise | None = None  # of the ranges that they were fitted to, for methods that use it
+    noise: RangeNoise | None = None  # noise of the ranges, if the method uses it
 
     def __len__(self) -> int:
         return len(self.rho)

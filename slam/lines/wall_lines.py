@@ -16,7 +16,7 @@ START, END = range(2)
 AA, AB, BB = range(3)
 """Columns of the covariance of (a, b), of the line a x + b y = 1."""
 CORNER_DISTANCE = 0.10  # metres: lines of neighbouring runs that cross this near their boundary form a corner
-CORNER_STEPS = 2.0  # steps from one beam to the next that are added to it
+CORNER_STEPS = 2.0  # added to that distance, in spacings of neighbouring points
 MIN_CORNER_SINE = 0.2  # sine of the least angle between these lines
 
 

@@ -14,7 +14,7 @@ from slam.pose import FloatArray
 QUARTER: Final = 0.5 * np.pi
 DIRECTION, METRES, SQUARES = range(3)
 """Columns of clusters (K, 3): mean direction of the normals modulo a quarter turn (rad), length of wall in it (m), and
-its squared deviations, minus those that the measurement explains, weighted by length (m rad^2)."""
+the sum of its squared deviations from the mean, weighted by length, minus their variances by measurement (m rad^2)."""
 THETA, VARIANCE, LENGTH = range(3)
 """Columns of walls (M, 3): direction of the normal (rad), its variance (rad^2), length (m). The first two are those of
 main directions too."""

@@ -12,7 +12,7 @@ from slam.scan import BEARING, COS, SIN, LaserScan
 CORRECTIONS = 3  # iterations that lead from the beam of an even fan to the beam of the deskewed one
 MAX_SECTORS = 64
 """Sectors of the full turn, each with the longest free range of its beams."""
-BEAMS_PER_SECTOR = 4  # of a full turn, so that no sector between two beams is empty
+BEAMS_PER_SECTOR = 4  # at an even spacing over the full turn, so that no sector is empty
 
 
 class FreeBeams(NamedTuple):
@@ -65,7 +65,7 @@ def _farthest(ranges: FloatArray, fan: FloatArray) -> FloatArray:
 
 @compiled_on_views
 def _sector(x: float, y: float, sectors: int) -> int:
-    """Return the sector of a direction, without trigonometry: a quarter turn is a quarter of them, unevenly divided."""
+    """Return the sector of a direction, without trigonometry; sectors of one quarter turn differ a little in width."""
     part = y / (abs(x) + abs(y))
     turn = part if x >= 0.0 else 2.0 - part
     return int((turn + 1.0) * 0.25 * sectors) % sectors

@@ -13,8 +13,8 @@ from slam.pose import FloatArray
 
 X, Y, NX, NY, INFORMATION, HITS, MISSES, BORN = range(8)
 """Columns of surfels (S, 8): centre (m, map frame), unit normal away from the sensor (0, 0 for a cluster of points),
-information along the normal (m^-2), number of hits, number of misses since, and ``path_length`` at its first hit. The
-first four are those of facets too."""
+information along the normal (m^-2), number of hits, number of misses since, and ``path_length`` at its first hit.
+Facets have the same first four columns."""
 COLUMNS: Final = 8
 PIECES_PER_CELL: Final = 4
 PIECES: Final = 2 * PIECES_PER_CELL

@@ -20,7 +20,7 @@ from slam.scan import COS, SIN
 MOST, LEAST = 30, -10  # limits of a count, to both sides
 GRAZING = 0.2  # least cosine of incidence of an echo that is evidence of a wall
 NEAREST = 0.1  # metres: nothing nearer to the sensor is counted
-SAME_SIDE = 0.3  # least cosine between two surfels that show the same wall; at a corner both are walls
+SAME_SIDE = 0.3  # least cosine between two surfels of one wall; otherwise they may form a corner
 CLEARLY_FARTHER = 0.05  # metres: more than the difference of two surfels of one wall
 MAX_BESIDE = 8  # largest number of surfels that an echo could come from
 CLEARLY_BEYOND = 0.10  # metres along the beam, and share of the range, beyond a wall: the beam went through
@@ -28,7 +28,7 @@ BEYOND_SHARE = 0.02
 
 
 def evidence_of_hits(surfels: FloatArray) -> NDArray[np.int8]:
-    """Return the evidence (S, 9) of surfels (S, 8) that have none: each is wall in its own cell."""
+    """Return the evidence (S, 9) of surfels (S, 8) of a map that has none: the hits count as echoes in the own cell."""
     evidence = np.zeros((len(surfels), PIECES + 1), np.int8)
     own = slice(PIECES_PER_CELL // 2, PIECES_PER_CELL // 2 + PIECES_PER_CELL)
     evidence[:, own] = np.minimum(surfels[:, HITS], MOST)[:, None]
@@ -97,7 +97,7 @@ def _surfels_beside(
 ) -> int:
     """List the surfels, each with its piece (MAX_BESIDE, 2), from which an echo at (x, y) of a beam could come.
 
-    It also writes the distance across each, and returns their number.
+    It also writes the distance of the echo from the line of each surfel, and returns the number of surfels.
 
     Pieces extend half a cell beyond the surfel's cell, so that it is in one of the four nearest cells.
     """

@@ -20,7 +20,7 @@ LINE_NX, LINE_NY, LINE_X, LINE_Y = range(4)
 NEIGHBOURS = 2  # cells to each side in which a wall may continue
 MAX_GAP = 2.2  # cells, the largest gap along a wall between its surfels
 MAX_OFFSET = 0.05  # metres, the largest distance of a surfel from the wall that it joins
-WALL_COSINE = 0.9  # least cosine between its normal and the wall's
+WALL_COSINE = 0.9  # least cosine between the normals of a surfel and of its wall
 SIGMA_FLOOR = 0.01  # metres, the least standard deviation of a surfel
 WALL: Final = 2
 """Echoes minus passes from which a bin counts as wall."""
@@ -181,7 +181,7 @@ def _include(sums: FloatArray, s: FloatArray, x0: float, y0: float) -> None:
 
 @compiled_on_views
 def _line(sums: FloatArray, nx: float, ny: float) -> tuple[float, float, float, float]:
-    """Return normal and mean of the best line, the normal to the side of (nx, ny), which it is for a single point."""
+    """Return normal and mean of the best line; the normal is on the side of (nx, ny), or equal for a single point."""
     mx, my = sums[WX] / sums[W], sums[WY] / sums[W]
     xx, xy, yy = sums[WXX] - mx * sums[WX], sums[WXY] - mx * sums[WY], sums[WYY] - my * sums[WY]
     if xx + yy < 1e-3 * sums[W]:  # shorter than its uncertainty

@@ -1,8 +1,9 @@
 """Correlative search, compiled: every pose of a window is tried for a scan.
 
 The map near the scan is drawn into nine pictures, one for each of eight directions that a wall may face and one for
-clusters, so that a facet is supported only by walls with a similar normal. For every heading the pictures, each shifted
-by a facet, are summed over the whole window at once. After Olson, "Real-time correlative scan matching", ICRA 2009.
+clusters, which are surfels without a normal. So a facet is supported only by walls with a similar normal. For every
+heading the pictures, each shifted by a facet, are summed over the whole window at once. After Olson, "Real-time
+correlative scan matching", ICRA 2009.
 """
 
 import numpy as np
@@ -15,7 +16,7 @@ from slam.pose import FloatArray
 
 SCORE, PLACE_X, PLACE_Y, HEADING = range(4)
 """Columns of the poses (N, 4) that a search finds."""
-SIDES = 8
+SIDES = 8  # directions that a wall may face
 CLUSTER_PICTURE = 8  # the number of the picture of clusters
 FULL_GREY = 63.0  # grey value on a wall: 1000 facets fit into 16 bits
 PIXEL = 0.10  # metres, the side of a pixel
@@ -74,7 +75,7 @@ def draw(grid: Grid, x0: float, y0: float, size: int) -> NDArray[np.uint8]:
 
 @compiled_on_views
 def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, half: float) -> None:
-    """Draw a surfel into the pictures of the two sides next to its normal."""
+    """Draw a surfel into the pictures of the two directions next to its normal."""
     size = pictures.shape[1]
     wall = s[NX] != 0.0 or s[NY] != 0.0
     first = second = CLUSTER_PICTURE

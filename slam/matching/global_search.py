@@ -42,7 +42,7 @@ class GlobalSearch:
     def __init__(self, grid: Grid, low: FloatArray, high: FloatArray) -> None:
         self._low = low - REACH - 1.0
         columns, rows = (np.ceil((high - low) / (BLOCK * PIXEL)).astype(np.int64) + 1).tolist()
-        self._shape = HEADINGS, rows, columns  # of the headings and blocks of positions that are tried
+        self._shape = HEADINGS, rows, columns  # numbers of headings, and of blocks along y and x
         size = int(np.ceil((high - low).max() / PIXEL)) + 2 * int((REACH + 1.0) / PIXEL) + 2 * BLOCK
         self._first = round((REACH + 1.0) / PIXEL)  # row and column of pixels where the laser may be
         self._pictures = draw(grid, float(self._low[0]), float(self._low[1]), size)

@@ -19,7 +19,7 @@ from slam.matching.normal_equations import fill_normal_equations
 from slam.pose import FloatArray
 from slam.small_matrices import identity, inverse, principal_axes, product, solved, times
 
-WIDE_ITERATIONS = 2  # in which a surfel may be a whole cell away
+WIDE_ITERATIONS = 2  # first iterations, in which a surfel may be a whole cell away
 MIN_INFORMATION = 100.0  # m^-2: below it a direction is unconstrained
 
 
@@ -168,14 +168,14 @@ def fuse(
     innovation is the ``offset`` (3,) from the prior. It is normalized by the covariance of the last ``motion`` and of
     the scan, and divided by its three dimensions, so that its expected value is 1.
     """
-    told = _scaled(_within(projector, _scaled(information, lever)), 1.0 / lever)
+    scan_information = _scaled(_within(projector, _scaled(information, lever)), 1.0 / lever)
     fused, expected, settled = inverse(predicted), motion.copy(), information.copy()
     for i in range(3):
         settled[i, i] += 1.0
     by_scan = inverse(settled)
     for i in range(3):
         for j in range(3):
-            fused[i, j] += told[i, j] / correlation
+            fused[i, j] += scan_information[i, j] / correlation
             expected[i, j] += correlation * by_scan[i, j]
     surprise = solved(expected, offset)
     innovation_squared = (offset[0] * surprise[0] + offset[1] * surprise[1] + offset[2] * surprise[2]) / 3.0

@@ -12,7 +12,7 @@ from slam.mapping.surfel_grid import BORN, INFORMATION, Grid
 from slam.pose import FloatArray
 
 PAIR_COSINE = 0.85  # least cosine between the normals of a facet and of its surfel
-ALONG_WEIGHT = 0.1  # weight of a squared metre along the wall in choosing a surfel, against one across
+ALONG_WEIGHT = 0.1  # weight of squared distances along the wall when a surfel is chosen; across: 1
 CLUSTER_SIGMA = 0.03  # metres by which the echoes of a cluster vary
 SHIFT_SIGMA = 0.05  # metres by which small things may have moved since, all together
 
@@ -77,7 +77,8 @@ def _free_shift(H: FloatArray, g: FloatArray) -> None:
     """Allow an unknown common shift (dx, dy) of everything in H (3, 3) and g (3,), and eliminate it.
 
     That leaves the Schur complements H - U S U^T and g - U S g_xy, with U the first two columns of H and
-    S = (H_xy + I / SHIFT_SIGMA^2)^-1: however many facets there are, they say no more than one of that sigma.
+    S = (H_xy + I / SHIFT_SIGMA^2)^-1: all facets together have at most the information of one measurement with
+    SHIFT_SIGMA.
     """
     if H[0, 0] + H[1, 1] == 0.0:
         return

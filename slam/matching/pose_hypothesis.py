@@ -35,7 +35,7 @@ class PoseHypothesis:
     ) -> None:
         self.T_map_base = T_map_base
         self.match: Match = NO_MATCH
-        self.evidence = 0.0  # sum of the agreements, starting from that of the best one at its creation
+        self.evidence = 0.0  # sum of the agreements; a late hypothesis starts with the sum of the best one
         self.mean_agreement = 1.0  # a running mean
         self._T_base_laser, self._odometry = T_base_laser, odometry
         state = SurfelMapperState(surfel_map, MapUncertainty(), T_map_base, None, FOUND_COVARIANCE)

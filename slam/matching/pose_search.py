@@ -37,7 +37,7 @@ DOUBTED = 0.25, 0.5  # agreements of scan and map: the pose is doubtful below ei
 CONTRADICTED = 0.3, 0.35  # agreements of scan and map: the scan is rejected below both
 FARTHEST = 4.0  # metres about the last pose, the largest radius of the search
 MAX_PLACES = 20  # number of poses from anywhere that are refined
-ANYWHERE_SIGMA = 1.0  # metres and radians: their standard deviations
+ANYWHERE_SIGMA = 1.0  # metres and radians: standard deviation of the weak prior when they are refined
 FOUND_SHARE = 1 / 3  # least share of the scan that agrees at a pose from anywhere
 FOUND_GAIN = 0.35  # least gain of ``_value`` over the doubtful pose, per facet of the scan
 FOUND_LEAD = 2.0  # least gain over any other pose, facets
@@ -78,7 +78,7 @@ class Scene:
 
     @property
     def settings_found(self) -> SolverSettings:
-        """Settings for a start from the search, with an error of at most a pixel."""
+        """Settings for a start from the search, whose error is at most one cell of the coarse search."""
         return self.settings._replace(first_kernel=4.0 * self.settings.kernel)
 
 
@@ -93,8 +93,8 @@ class PoseSearch:
 
         ``last`` (3,) is the previous pose of the sensor, and ``sure`` is True if its scan agreed with the map there.
 
-        The heading from walls is used if scans are far apart: if they overlap, the map holds the heading better than
-        the building's directions, whose error is the same in every scan.
+        The building's directions correct the heading only if the robot moved far since the last scan. If it did not,
+        matching to the map is more accurate than they are, as their error is the same in every scan.
         """
         config, count = self._config, len(scene.facets)
         information = np.asarray(np.linalg.inv(covariance), np.float64)

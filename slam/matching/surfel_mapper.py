@@ -89,7 +89,7 @@ class SurfelMapper:
             self._walls.add_walls(T_map_laser.theta)
 
     def _with(self, **changes: Any) -> SurfelMapperState:
-        """Change these fields of the state."""
+        """Return the state with these fields changed."""
         return replace(self.state, **changes)
 
     def _begin(self, start: Pose2D, stamp: float) -> Match:
@@ -137,8 +137,8 @@ class SurfelMapper:
     ) -> Match:
         """Fuse the match with the prediction, and learn the accuracy of odometry.
 
-        The prediction is the covariance (3, 3) of the sensor at the prior. ``motion`` (3, 3) is that of the last motion
-        of the base, the other the sensor's.
+        ``predicted`` is the covariance (3, 3) of the sensor at the prior; ``motion`` and ``laser_motion`` (3, 3) are
+        those of the last motion of the base and of the sensor.
         """
         fit, config, offset = found.fit, self.config, pose_offset(found.fit.pose, prior.as_array())
         fused, innovation_squared, unconstrained = fuse(

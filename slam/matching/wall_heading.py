@@ -72,7 +72,7 @@ def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: fl
 
     The turn is at most ``widest``; rad and rad^2.
 
-    The variance is infinite if the walls are not conclusive: too few of them agree, or they agree as well at another
+    The variance is infinite if the walls are not conclusive: too few of them agree, or as many agree at another
     heading.
     """
     best = turn = length = 0.0

@@ -74,7 +74,7 @@ class Experiment:
     T_map_odom: Pose2D | None = None
     """Start of dead reckoning; None for the robot's first estimate."""
     duration: float = inf
-    """Duration of the scenario, seconds, if the robot observes it."""
+    """Seconds after which the robot gives no more scans, as the scenario says; infinite if it sets no such limit."""
     measures: Callable[[Path], dict[str, Any]] = measure
     """Computes the metrics of a run folder."""
     topics: TopicSession | None = None
@@ -106,7 +106,7 @@ class Experiment:
                 raise StorageError(f"{folder}: {error.strerror}; what was written until then is kept") from error
 
     def _warming_up(self, console: Terminal) -> AbstractContextManager[None]:
-        """Compile the hot loops: those of loop closing during the run, unless it is in real time."""
+        """Compile the hot loops before the run; those of loop closing during it, unless the run is in real time."""
         real_time = "backend" in self.notes or self.topics is not None
         return warming_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam), wait=real_time)
 
@@ -130,7 +130,7 @@ class Experiment:
         return Outcome(folder, ending, metrics, error)
 
     def _draw(self, folder: Path, console: Terminal, closed: ClosedLoops | None) -> None:
-        from slam.run.pictures.error_curves import draw_errors  # here, as matplotlib takes long to load
+        from slam.run.pictures.error_curves import draw_errors  # imported here, as matplotlib loads slowly
         from slam.run.pictures.map_picture import draw_map
 
         points, lines = (closed.run.map, closed.run.map) if closed else (self.slam.points, self.slam.lines)

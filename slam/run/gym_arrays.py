@@ -36,7 +36,8 @@ def scan_array(scan: LaserScan, lidar: Lidar) -> NDArray[np.float32]:
 def nearest_beams(measured: Lidar, nominal: Lidar) -> NDArray[np.int64]:
     """For each beam of ``nominal`` return the index of the nearest one of ``measured``, (beams,).
 
-    Without one within a step of either, the index is the number of beams.
+    A beam beyond both ends of the measured scan, by more than a step of either lidar, has the number of measured beams
+    as its index.
     """
     step, turn = measured.angle_increment, 2.0 * np.pi
     ahead = (nominal.angles - measured.angle_min) % turn

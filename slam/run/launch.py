@@ -65,7 +65,9 @@ def run(
     drawn = with_slam(template.draw(), slam)
     console.warn(*template.warnings(drawn))
     if ros and backend == "ros":
-        raise InputError("--ros publishes a robot, and that of --backend ros publishes itself; leave out --ros")
+        raise InputError(
+            "--ros publishes topics of the robot, and the robot of --backend ros has its own; leave out --ros"
+        )
     experiment = scenario_experiment(drawn, backend, **_robot_options(backend, yes, dry_run, record_wire))
     if saved_map is not None:
         experiment = continue_mapping(experiment, Path(saved_map), start)

@@ -18,7 +18,7 @@ from slam.run.step import Step, Watcher
 Ending = Literal["arrived", "collided", "duration over", "no more scans", "interrupted", "battery empty", "failed"]
 """Reason why a run ended, for ``metrics.json``. Until 0.1 ``no more scans`` also meant ``duration over``."""
 _NO_TIME: Final = 2.5
-"""Scan times before the end of the duration from which a missing scan means that the duration is over."""
+"""If scans stop when less time than this is left, in times of a scan, the run ended because its duration is over."""
 Taken = TypeVar("Taken")
 
 
@@ -34,7 +34,7 @@ def run_loop(
 ) -> Ending:
     """Drive until the pilot has arrived, the robot has hit something, or there are no more scans.
 
-    Scans end after ``duration``, seconds, or for reasons of the robot.
+    The robot gives no more scans after ``duration``, seconds, or earlier, as at the end of a log.
 
     A robot that falls silent has ``patience`` seconds to come back; RobotTimeout after that, or once the program is
     ``told_to_end``.

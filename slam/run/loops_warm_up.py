@@ -27,7 +27,7 @@ from slam.pose import FloatArray, Pose2D
 _LAPS, _KEYS = 6, 3
 """Number of submaps of the same place, and of key scans in each."""
 _LAST: Final = (count_seen_through, wall_spans)
-"""Hot loops of the search of loops and of the end of a run that are compiled late."""
+"""The hot loops that are compiled last, one of the search for loops and one of the end of a run."""
 
 
 def corridor_ranges() -> FloatArray:
@@ -37,7 +37,7 @@ def corridor_ranges() -> FloatArray:
 
 
 def match_scans(config: SlamConfig) -> None:
-    """Match key scans to a map, after a break too: what every scan needs once its lines are known."""
+    """Match two key scans to a map, each as after a break, so that the functions of matching are compiled."""
     mapper, key = _mapper(config), _key_scan()
     tracking, closed = MapTracking(mapper.config, mapper.map.config), ClosedMap(mapper.map)
     for index in range(2):
@@ -60,7 +60,7 @@ def close_loops(config: SlamConfig, keys: int = _KEYS) -> None:
 
 @contextmanager
 def compiling_beside() -> Iterator[Callable[[], object]]:
-    """Compile in another process while the block runs, before all is compiled on this machine; ends with the block.
+    """Compile in another process while the block runs, unless everything is compiled already; it ends with the block.
 
     Yields a function that waits until everything is compiled. A process that needs a function which is being compiled
     waits for that one alone.

@@ -72,10 +72,10 @@ class Beams(NamedTuple):
         scan = deskewed(seen.scan, seen.odometry.twist, T_base_laser) if config.deskew else seen.scan
         echoes = scan.echoes
         reach = np.where(echoes, scan.ranges, np.where(scan.ranges == np.inf, min(no_echo_reach, scan.range_max), 0.0))
-        told = reach > 0.0
-        bearings, reach = scan.bearings[told], reach[told]
+        valid = reach > 0.0
+        bearings, reach = scan.bearings[valid], reach[valid]
         ends = np.column_stack([reach * np.cos(bearings), reach * np.sin(bearings)])
-        return cls(np.zeros(2), ends, echoes[told])
+        return cls(np.zeros(2), ends, echoes[valid])
 
     def moved(self, T: Pose2D) -> Self:
         """Transform the beams by this pose; they begin at its origin."""

@@ -99,7 +99,7 @@ class Optimization:
         return closed, wall_metrics(score_walls(seen.walls, seen.seen, closed.run.map.ends))
 
     def _draw(self, folder: Path, closed: ClosedLoops, console: Terminal) -> None:
-        from slam.run.pictures.error_curves import draw_errors  # here, as matplotlib takes long to load
+        from slam.run.pictures.error_curves import draw_errors  # imported here, as matplotlib loads slowly
         from slam.run.pictures.map_picture import draw_map
 
         with console.waiting("drawing"):

@@ -42,8 +42,9 @@ class Repair:
 def repair(folder: Path, console: Terminal, force: bool = False) -> Repair:
     """Run the log of a run through the method again, and add the missing or damaged files to its folder.
 
-    Intact files are kept, with ``force`` replaced. Files that have a row for each scan are kept together, if none of
-    them has fewer than the log. InputError without a log that has a scan, StorageError if the files cannot be made.
+    Intact files are kept, or replaced if ``force`` is True. Files that have a row for each scan are kept only together,
+    and only if none of them has fewer scans than the log. InputError without a log that has a scan, StorageError if the
+    files cannot be made.
     """
     if not (folder / RUN_LOG).is_file():
         raise InputError(f"{folder}: has no {RUN_LOG}, from which all else is made; give the folder of a run")
@@ -64,7 +65,7 @@ def _run_again(folder: Path, again: Path, console: Terminal) -> None:
     try:
         replay_experiment(folder, _settings(folder)).run(again, console=console)
     except StorageError as error:
-        if isinstance(error.__cause__, OSError):  # of a draft, whose name the user does not know
+        if isinstance(error.__cause__, OSError):  # it names a draft, which the user does not know
             raise storage_error(error.__cause__, folder, _REMEDY) from error
         raise
     (again / RUN_LOG).unlink(missing_ok=True)

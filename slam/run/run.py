@@ -66,12 +66,12 @@ class Run:
     @property
     def warnings(self) -> list[str]:
         """A sentence for the user on each loss, and what to do about it."""
-        told = []
+        sentences = []
         if self.loss is not None and self.loss.warning:
-            told.append(f"{self.loss.warning}: {self.loss.report}")
+            sentences.append(f"{self.loss.warning}: {self.loss.report}")
         if "back_end_lost" in self.metrics:
-            told.append(f"{self.metrics['back_end_lost']}; close its loops with hopslam optimize {self.folder}")
-        return told
+            sentences.append(f"{self.metrics['back_end_lost']}; close its loops with hopslam optimize {self.folder}")
+        return sentences
 
     @cached_property
     def record(self) -> RunRecord:

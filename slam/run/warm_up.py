@@ -50,13 +50,13 @@ def warming_up(console: Terminal, config: SlamConfig, search: bool = False, wait
             if search and isinstance(slam.mapper, SurfelMapper):
                 _run(LineLocalizer(config, Pose2D(), slam.mapper.map))
             if finish is not None and wait:
-                close_loops(config, keys=1)  # what both processes compile last
+                close_loops(config, keys=1)  # the part that the other process compiles last
                 finish()
                 close_loops(config)
         taken = perf_counter() - began
         if taken > 2.0:
-            during = "" if wait else ", and goes on with those of loop closing"
-            console.print(f"compiled the hot loops in {taken:.0f} s{during}; they are kept for the next run")
+            of, rest = ("", "") if wait else (" of a scan", ", and compiles those of loop closing beside the run")
+            console.print(f"compiled the hot loops{of} in {taken:.0f} s{rest}; they are kept for the next run")
         yield
 
 

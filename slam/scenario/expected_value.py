@@ -96,7 +96,7 @@ def _section_of(annotation: Any) -> str:
 
 
 def _list_of(annotation: Any, context: dict[str, Any]) -> str:
-    """Describe the list that is expected, with an example of one of numbers."""
+    """Describe the list that is expected; a list of numbers with an example."""
     if get_origin(annotation) is not tuple:
         return "a list"
     least, most = context.get("min_length", 1), context.get("max_length")

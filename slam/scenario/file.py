@@ -17,7 +17,7 @@ from slam.scenario.template import ScenarioTemplate
 def load_template(
     name: str | Path, settings: str | Sequence[str] = (), allow_modules: str | Sequence[str] = ()
 ) -> ScenarioTemplate:
-    """Load the scenario in this file, or the shipped one with this name, drawn with its seed.
+    """Load the template in this file, or the shipped one with this name.
 
     ``settings``, one or several ``key=value``, override it.
 
@@ -31,12 +31,12 @@ def load_template(
 def load_scenario(
     name: str | Path, settings: str | Sequence[str] = (), allow_modules: str | Sequence[str] = ()
 ) -> Scenario:
-    """Load a template, and draw the scenario of its own seed."""
+    """Load a template, and draw a scenario by the template's own seed."""
     return load_template(name, settings, allow_modules).draw()
 
 
 def read_scenario(name: str | Path, settings: Sequence[str] = ()) -> Scenario:
-    """Read a template, and draw the scenario of its own seed."""
+    """Read a template, and draw a scenario by the template's own seed."""
     return read_template(name, settings).draw()
 
 
@@ -46,7 +46,7 @@ def read_template(name: str | Path, settings: str | Sequence[str] = ()) -> Scena
 
 
 def checked_template(name: str | Path, settings: Sequence[str], allowed: Sequence[str] | None) -> ScenarioTemplate:
-    """Load a template with settings from a file: they may name ``allowed`` code only."""
+    """Load a template from a file, and override it by ``settings``; both may name ``allowed`` code only."""
     return ScenarioTemplate(ScenarioSource(find_scenario(name), settings), allowed)
 
 

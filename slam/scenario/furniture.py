@@ -12,7 +12,7 @@ from slam.scenario.solids import Prism, disc, rectangle
 from slam.scenario.values import Angle, Length, Point, SmallLength
 
 Mass = Annotated[float, Field(ge=0.1, le=1000)]
-"""Default mass, kilograms."""
+"""Mass, kilograms."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

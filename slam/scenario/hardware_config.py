@@ -72,7 +72,8 @@ class HardwareConfig(Section):
     data_timeout: float = Field(0.3, gt=0.15, le=2)
     """Time without a scan or odometry, seconds, after which the robot stops; for scans at least three scan periods."""
     low_battery: Voltage = 11.5
-    """Voltage below which a run warns of a low battery, if that in the robot's FLASH is not higher; volts, 0: never."""
+    """Voltage below which a run warns of a low battery; a higher limit in the robot's FLASH has priority; volts, 0:
+    never."""
     end_battery: Voltage = 11.0
     """Voltage below which the robot stops and the run ends; at least 0.2 V above that at which the robot switches
     itself off; volts, 0: never."""

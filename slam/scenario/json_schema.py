@@ -20,7 +20,7 @@ RANDOM: Final = "RandomValue"
 """Name of the section of random values."""
 _EXTENDS: Final = {
     "type": "string",
-    "description": "A shipped scenario, or a path beside this file, which this one is put on top of.",
+    "description": "The scenario that this file extends: a shipped one by name, or a path relative to this file.",
 }
 
 
@@ -38,7 +38,7 @@ def scenario_schema() -> dict[str, Any]:
     sections |= random.pop("$defs")
     sections[RANDOM] = random | {"description": "A value that is drawn anew for every seed."}
     schema["properties"] = {"extends": _EXTENDS} | schema["properties"]
-    schema.pop("required")  # a file that gives no name has its own
+    schema.pop("required")  # the name: by default that of the file
     return {"$schema": GenerateJsonSchema.schema_dialect} | schema | {"$defs": sections}
 
 

@@ -17,7 +17,7 @@ class Mount(Place):
     x: Offset = 0.0
     """Distance ahead of the middle of the axle, metres."""
     y: Offset = 0.0
-    """Distance to the left of it, metres."""
+    """Distance to the left of the middle of the axle, metres."""
 
     @model_validator(mode="before")
     @classmethod

@@ -51,7 +51,7 @@ class Integer(_RandomSection):
 
 
 class Normal(_RandomSection):
-    """A number around a mean, with a standard deviation; at most three of them from the mean."""
+    """A normally distributed number, at most three standard deviations from the mean."""
 
     normal: tuple[float, NotNegative]
     """The mean, and the standard deviation."""

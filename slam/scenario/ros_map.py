@@ -108,12 +108,12 @@ def _occupied(path: Path, header: MapHeader) -> NDArray[np.bool_]:
     """Read the occupied cells, (rows, columns), the lowest row first."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # the limit below is lower
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # PIXELS is a lower limit
             image = Image.open(path, formats=_IMAGES)
         with image:
             levels, excess = np.zeros((0, 0), np.uint8), PIXELS.excess(image.width * image.height)
             if excess is None:
-                levels = np.asarray(image if image.mode.startswith("I") else image.convert("L"))  # I: of 16 bits
+                levels = np.asarray(image if image.mode.startswith("I") else image.convert("L"))  # I: 16 bits
     except _NO_IMAGE as error:
         raise ValueError(f"{path}: not an image in a format that maps come in (PGM, PNG, BMP)") from error
     if excess is not None:

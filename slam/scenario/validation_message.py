@@ -15,7 +15,7 @@ from slam.scenario.yaml_file import KeyPath
 
 
 class _Place(NamedTuple):
-    """End of a key path of the file in the schema."""
+    """The place in the schema that a path of keys in the file leads to."""
 
     path: KeyPath
     """The path in the file, without the names of methods that pydantic inserts."""

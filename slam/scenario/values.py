@@ -15,8 +15,8 @@ from slam.pose import Pose2D
 class Within:
     """Metadata of an annotated float: the least and the largest plausible value, in ``unit``.
 
-    A number in ``wrong_unit``, one of which is ``factor`` units, lies far outside of these bounds, and the error
-    converts it. The JSON schema has the bounds too.
+    A number outside the bounds was probably meant in ``wrong_unit``, which is ``factor`` times ``unit``; the error
+    shows it converted. The JSON schema has the bounds too.
     """
 
     low: float

@@ -76,11 +76,11 @@ class SweepConfig(Section):
     logs: Annotated[tuple[str, ...], AfterValidator(_check_unique)] = ()
     """Recorded logs, by path."""
     modes: Annotated[tuple[ModeName, ...], AfterValidator(_check_unique)] = ()
-    """Modes of the method; empty: that of each scenario. If a scenario has another mode, its section ``slam`` is
-    replaced by the defaults of this one, or by that of ``paper_corridor`` (a log: ``paper_replay``) for the paper's
-    mode."""
+    """Modes of the method; empty: the mode of each scenario. If a scenario has another mode than the run, the run does
+    not use its section ``slam``, but the defaults of the run's mode; for the paper's mode, the section ``slam`` of
+    ``paper_corridor``, or of ``paper_replay`` for a log."""
     seeds: Seeds = (0,)
-    """Seeds as ``first:end``, without the end, or a list."""
+    """Seeds: ``first:end``, which does not include the end, or a list."""
     grid: dict[str, Values] = Field({})
     """Settings such as ``slam.matching.floor``, each with the values that are tried."""
     sample: dict[str, Annotated[Any, AfterValidator(_check_distribution)]] = Field({})
@@ -108,7 +108,9 @@ class SweepConfig(Section):
     def _each_setting_once(self) -> Self:
         keys = [*self.grid, *self.sample, *self.settings]
         if {"slam", "slam.mode"} & set(keys):
-            raise ValueError("slam.mode belongs into modes (--mode), whole sections slam into scenarios")
+            raise ValueError(
+                "slam.mode cannot be set here: use modes (--mode); a whole section slam belongs into a scenario"
+            )
         doubles = {key for key in keys if keys.count(key) > 1} | {"seed"} & set(keys)
         if doubles:
             raise ValueError(f"{min(doubles)} is set in two ways; leave it in one of seeds, grid, sample, settings")

@@ -51,7 +51,7 @@ class Sweep:
 
     def report(self, metric: str | None = None) -> SweepReport:
         """Write tables, comparisons and pictures into the folder ``report``; ``page`` is the path of the HTML page."""
-        from slam.sweep.report.write import write_report  # here, as matplotlib takes long to load
+        from slam.sweep.report.write import write_report  # imported here, as matplotlib loads slowly
 
         return write_report(self.folder, metric)
 
@@ -97,7 +97,7 @@ def sweep(
     options = ExecutionOptions(jobs or usable_cores(), ray, retry, pictures)
     outcome = run_sweep(planned, address, options, console or Terminal(quiet=True))
     if check and outcome.interrupted:
-        raise KeyboardInterrupt(f"the same sweep goes on with what is missing in {address}")
+        raise KeyboardInterrupt(f"run the same sweep again to add the missing runs to {address}")
     return Sweep.of(address, outcome)
 
 

@@ -113,7 +113,7 @@ def _work(pipe: Connection, runs: str, pictures: bool, allowed: Sequence[str]) -
     """Run jobs until the pipe is closed or the driver has died; then stop at once, even in a run."""
     leave_terminal()
     threading.Thread(target=_exit_with_driver, daemon=True).start()
-    from slam.sweep.run_job import run_job  # here, so that the worker spends the time
+    from slam.sweep.run_job import run_job  # imported by the worker, not by the driver
 
     while (message := _next(pipe)) is not None:
         row = run_job(Job.model_validate_json(message), runs, pictures, allowed)

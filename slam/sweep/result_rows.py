@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 Row: TypeAlias = dict[str, Any]
 """Columns by name: ``id``, ``name``, ``source``, ``kind``, ``mode``, ``seed``; ``set.<key>`` and ``drawn.<key>`` for
 settings; ``status`` (``done`` or ``failed``), ``ending``, ``error``, ``tries``; every number of ``metrics.json`` by its
-name, those of WALL_TIMES after ``wall.``; ``error_m``: the error along the way, (CURVE_POINTS,); ``seconds``, ``host``
-and ``version``; ``settings`` and ``command``, which repeat the run."""
+name, with ``wall.`` before those of WALL_TIMES; ``error_m``: the error along the path, (CURVE_POINTS,); ``seconds``,
+``host`` and ``version``; ``settings`` and ``command``, which repeat the run."""
 
 WALL_TIMES: Final = frozenset(
     {"slam_ms_median", "slam_ms_p99", "slam_s_total", "extraction_ms_median", "real_time_factor", "closing_s"}
@@ -128,7 +128,10 @@ def row_fault(row: Any) -> str | None:
             return f"{name} is {str(row.get(name))[:20]!r}"
     if row["status"] not in ("done", "failed") or row["mode"] not in MODES:
         return f"status is {row['status'][:20]!r}, mode {row['mode'][:20]!r}"
-    return next((f"{name} is of no plain kind" for name, value in row.items() if not _is_plain(name, value)), None)
+    return next(
+        (f"{name} is no text, number or list of such" for name, value in row.items() if not _is_plain(name, value)),
+        None,
+    )
 
 
 def _is_plain(name: str, value: Any) -> bool:
@@ -160,7 +163,7 @@ def _table(rows: list[Row]) -> Any:
 def _column(pa: Any, values: list[Any]) -> Any:
     booleans = {isinstance(value, bool) for value in values if value is not None}
     try:
-        if len(booleans) < 2:  # pyarrow takes False among numbers for 0
+        if len(booleans) < 2:  # mixed: pyarrow would convert False to 0
             return pa.array(values)
     except (pa.ArrowInvalid, pa.ArrowTypeError):
         pass

@@ -21,8 +21,8 @@ class ResultStore:
     """``results.parquet`` in a folder, by path or URL, with a journal of the rows that are not in it yet.
 
     A row is first a small file of its own in ``rows``, named by its job's id and written at once or not at all. From
-    time to time a new ``results.parquet`` with these rows replaces the old one, and they are removed. After a kill in
-    between, a row is in both: the journal's counts. A row with an existing id replaces the other.
+    time to time a new ``results.parquet`` with these rows replaces the old one, and they are removed. If the
+    program is killed in between, a row is in both, and the journal's is used. A new row replaces one with the same id.
     """
 
     def __init__(self, folder: Folder) -> None:

@@ -83,7 +83,7 @@ def _run_in(folder: Folder, plan: Plan, options: ExecutionOptions, console: Term
         with closing(executor), _progress(console, plan.config.name, todo) as show:
             scheduler = Scheduler(executor, store, options.retry, show)
             interrupted = scheduler.run(job for job in plan.jobs() if job.id not in over)
-        (folder / RUNS).clear_drafts()  # of workers that were killed
+        (folder / RUNS).clear_drafts()  # killed workers leave them
     return SweepOutcome(scheduler.done, scheduler.failed, len(plan) - todo, interrupted)
 
 

@@ -126,7 +126,7 @@ class ClientMessages:
             self._channels.pop((client, channel), None)
 
     def take(self, client: int, channel: int, data: bytes) -> None:
-        """Pass on a message; one without a listener is ignored, a garbled one is passed on unchanged."""
+        """Pass on a message in CDR, an empty one for garbled JSON; a message without a listener is ignored."""
         with self._lock:
             name, encoding, kind = self._channels.get((client, channel), ("", "", ""))
         for topic, heard in self._topics:

@@ -42,7 +42,7 @@ def client(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> P
 
 
 class Program:
-    """A program that is ended with its block, and what it printed."""
+    """A program and its output; it ends with the block."""
 
     def __init__(self, *words: object) -> None:
         pipe = subprocess.PIPE
@@ -144,7 +144,7 @@ def test_what_rclpy_hears_is_the_log_byte_by_byte(client: Path, recorded: Path, 
 
 
 def test_the_lidar_is_placed_in_the_map_at_every_scan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """map -> odom -> base_link -> laser, of the time of the scan, on the bytes that are received."""
+    """The transforms map -> odom -> base_link -> laser are received for the time of each scan."""
     monkeypatch.setenv("ROS_DOMAIN_ID", str(20 + os.getpid() % 80))
     heard: list[tuple[str, bytes]] = []
     topics = (names.TF_STATIC, names.TF, names.SCAN)

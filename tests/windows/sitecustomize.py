@@ -57,7 +57,9 @@ def made(name: str, **content: Any) -> ModuleType:
 
 def select_sockets(reads: Any, writes: Any, errors: Any, timeout: float | None = None) -> Any:
     for end in (*reads, *writes, *errors):
-        socket.socket(fileno=os.dup(end if isinstance(end, int) else end.fileno())).close()  # OSError where it is none
+        socket.socket(
+            fileno=os.dup(end if isinstance(end, int) else end.fileno())
+        ).close()  # OSError if it is no socket
     return select.select(reads, writes, errors, timeout)
 
 
@@ -121,7 +123,7 @@ def is_open(path: Any) -> bool:
     there = Path(os.fsdecode(path))
     place = str(there.parent.resolve() / there.name)
     for entry in Path("/proc/self/fd").iterdir():
-        with suppress(OSError):  # that of the folder itself is closed by now
+        with suppress(OSError):  # the descriptor that listed the folder is closed by now
             other = str(entry.readlink())
             if other == place or other.startswith(f"{place}/"):
                 return True

@@ -18,14 +18,14 @@ from slam.run.warm_up import warm_up
 class BothWays:
     """Results with and without closed loops; poses are ``T_map_base`` at every scan, (N, 3)."""
 
-    causal: FloatArray
+    unclosed: FloatArray
     """Poses without closed loops."""
     live: FloatArray
     """Poses with the loops that had been closed by then."""
     final: FloatArray
     """Poses after the end, with all loops closed."""
     closed: ClosedRun
-    causal_times: FloatArray
+    unclosed_times: FloatArray
     """Processor time of every update without loops, seconds, (N,)."""
     live_times: FloatArray
     """Processor time of every update with loops, seconds, (N,), without that of other threads."""
@@ -33,7 +33,7 @@ class BothWays:
     """Processor time of all updates with loops, including the search on other threads."""
     finish_time: float
     """Processor time after the last scan."""
-    causal_walls: FloatArray
+    unclosed_walls: FloatArray
     """Segments of the map without closed loops, (M, 2, 2)."""
     final_walls: FloatArray
     """Segments of the closed map, (M, 2, 2)."""
@@ -71,8 +71,8 @@ def run_both_ways(log: Log, config: SlamConfig) -> BothWays:
     assert closed is not None
     live_total += searched
     finish_time = process_time() - began + closed.size.seconds - searched
-    causal, live = (stack_poses(row.T_map_base for row in rows) for rows in estimates)
+    unclosed, live = (stack_poses(row.T_map_base for row in rows) for rows in estimates)
     return BothWays(
-        causal, live, closed.trajectory(local_poses(estimates[1])), closed, times[0], times[1],
+        unclosed, live, closed.trajectory(local_poses(estimates[1])), closed, times[0], times[1],
         live_total, finish_time, slams[0].lines.ends, closed.map.ends,
     )  # fmt: skip

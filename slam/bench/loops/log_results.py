@@ -49,10 +49,10 @@ class LogResult(NamedTuple):
 
     name: str
     scans: int
-    causal: TrajectoryScore
+    unclosed: TrajectoryScore
     live: TrajectoryScore
     final: TrajectoryScore
-    causal_off_axes: float
+    unclosed_off_axes: float
     """RMS angle of the long walls from the building's main axes, radians, without closed loops."""
     final_off_axes: float
     """The same angle in the closed map, radians."""
@@ -60,7 +60,7 @@ class LogResult(NamedTuple):
     """Counts of the loops; None without a reference."""
     places: PlaceHits | None
     """Ranks of the places that walls alone propose; None without a reference."""
-    causal_times: FloatArray
+    unclosed_times: FloatArray
     live_times: FloatArray
     live_total: float
     finish_time: float
@@ -74,18 +74,18 @@ def run_log_both_ways(path: Path, config: SlamConfig, seed: int = 0) -> LogResul
         log = replace(log, ranges=np.asarray(log.ranges) + noise)
     found = run_both_ways(log, config)
     reference = reference_at_scans(path, log, found)
-    causal, live, final = (score_trajectory(path, log, poses) for poses in (found.causal, found.live, found.final))
+    unclosed, live, final = (score_trajectory(path, log, poses) for poses in (found.unclosed, found.live, found.final))
     return LogResult(
         name,
         len(log),
-        causal,
+        unclosed,
         live,
         final,
-        rms_off_axes(found.causal_walls),
+        rms_off_axes(found.unclosed_walls),
         rms_off_axes(found.final_walls),
         None if reference is None else count_loops(found.closed, reference),
         None if reference is None else place_hits(found.closed, reference),
-        found.causal_times,
+        found.unclosed_times,
         found.live_times,
         found.live_total,
         found.finish_time,

@@ -76,17 +76,17 @@ def error_table(results: Sequence[LogResult]) -> ResultTable:
     notes = (
         "Live: the poses as estimated at each scan. Final: the poses after the last scan. Seconds: processor time of "
         "the whole run. Relations: mean error, metres; centre: that of the robot's centre. ATE: metres, after "
-        "alignment. Open: motion that aligns the last scans with the first. Off axes: root mean square deviation of "
-        "the walls from the main directions. Crisp: occupied 5 cm cells for every 1000 points, fewer are better. The "
-        "last four columns are the relations of Hess et al., 2016; for aces they stand in the row of ATE, which is "
-        "another measure."
+        "alignment. Open: error of the last poses against the first, by matching their scans. Off axes: root mean "
+        "square deviation of the walls from the main directions. Crisp: occupied 5 cm cells for every 1000 points, "
+        "fewer are better. The last four columns are the relations of Hess et al., 2016; for aces they stand in the "
+        "row of ATE, which is another measure."
     )
     rows = [row for result in results for row in _error_rows(result)]
     return ResultTable("Loops closed on recorded logs", columns, rows, notes)
 
 
 def _error_rows(result: LogResult) -> list[tuple[str, ...]]:
-    scores = result.causal, result.live, result.final
+    scores = result.unclosed, result.live, result.final
     published = [f"{value:.4f}" for value in PUBLISHED.get(result.name, ())] or [""] * 4
     rows = []
     if not isnan(result.final.relations):
@@ -98,7 +98,7 @@ def _error_rows(result: LogResult) -> list[tuple[str, ...]]:
     if result.final.gap is not None:
         rows.append(("open, m", *(_gap(score) for score in scores), *[""] * 5))
         rows.append(("open, deg", *(_turn(score) for score in scores), *[""] * 5))
-        angles = [cell(float(np.degrees(rms)), 2) for rms in (result.causal_off_axes, result.final_off_axes)]
+        angles = [cell(float(np.degrees(rms)), 2) for rms in (result.unclosed_off_axes, result.final_off_axes)]
         rows.append(("off axes, deg", angles[0], "", angles[1], *[""] * 5))
     rows.append(("crisp", *(cell(score.crisp, 1) for score in scores), *[""] * 5))
     rows[0] = (*rows[0][:4], f"{total_time(result):.1f}", *rows[0][5:])
@@ -118,7 +118,7 @@ def noise_table(results: Sequence[LogResult]) -> ResultTable:
     rows = []
     for name in dict.fromkeys(result.name for result in results):
         group = [result for result in results if result.name == name]
-        ates = np.array([[score.ate for score in (run.causal, run.live, run.final)] for run in group])
+        ates = np.array([[score.ate for score in (run.unclosed, run.live, run.final)] for run in group])
         for label, row in (("median", np.median(ates, axis=0)), ("worst", ates.max(axis=0))):
             rows.append((f"{name}, {label} of {len(group)}", *map(cell, row)))
     columns = ("log", "loops never\nATE, m", "live\nATE, m", "final\nATE, m")
@@ -158,13 +158,14 @@ def cost_table(results: Sequence[LogResult]) -> ResultTable:
     """Make the table of processor times."""
     columns = ("log", "scans", "never\nms", "p99", "auto\nms", "p99", "after the\nlast scan, s", "all\nratio")
     notes = (
-        "Processor time of an update in the calling thread, extraction included; both modes take the same scans in "
-        "turn. Ratio: of the time of all threads, from the first scan to the closed map, to that without loops."
+        "Processor time of an update in the calling thread, extraction included; each scan is given to one mode and "
+        "then to the other. Ratio: of the time of all threads, from the first scan to the closed map, to that without "
+        "loops."
     )
     rows = [
         (
-            result.name, str(result.scans), *milliseconds(result.causal_times), *milliseconds(result.live_times),
-            f"{result.finish_time:.2f}", f"{total_time(result) / result.causal_times.sum():.2f}",
+            result.name, str(result.scans), *milliseconds(result.unclosed_times), *milliseconds(result.live_times),
+            f"{result.finish_time:.2f}", f"{total_time(result) / result.unclosed_times.sum():.2f}",
         )
         for result in results
     ]  # fmt: skip

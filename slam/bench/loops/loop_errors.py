@@ -64,10 +64,10 @@ def loop_errors(closed: ClosedRun, reference: InterpolatedPoses) -> PoseErrors:
 
 
 def measured_motions(loop: Loop, closed: ClosedRun) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return key scans of the other submap (P,) and of this one (P,), and ``T_other_own`` (P, 3) of the laser.
+    """Return P pairs of key scans and their motions: scans of the other submap (P,) and of this one (P,), poses (P, 3).
 
     Each scan is paired with the nearest one of the other submap, as the loop places them; the PAIRS nearest pairs are
-    kept.
+    kept. The motion is the pose of the laser at the scan of this submap, in the frame of the laser at the other scan.
     """
     of = {submap.number: np.array(submap.keys, np.int64) for submap in closed.submaps}
     own, others = of[loop.submap], of[loop.other]

@@ -15,7 +15,7 @@ from slam.console.terminal import Terminal
 
 FIRST_SEEDS: Final = {"office_loop": 10, "campus_loop": 0}
 """Scenarios, and the first of their seeds."""
-WAYS: Final = {"never": "slam.loops=never", "auto": "slam.loops=auto"}
+LOOP_SETTINGS: Final = {"never": "slam.loops=never", "auto": "slam.loops=auto"}
 HOUR_SCENARIO: Final = "office_loop"
 MINUTES: Final = 60
 PART: Final = 5
@@ -24,15 +24,17 @@ PART: Final = 5
 
 def sim_tables(seeds: int, settings: tuple[str, ...], console: Terminal) -> list[ResultTable]:
     """Drive around both loops with ``seeds`` seeds each, with and without loop closing."""
-    jobs = [(name, first + k, way) for (name, first), k, way in product(FIRST_SEEDS.items(), range(seeds), WAYS)]
-    arguments = [(name, seed, (*settings, WAYS[way])) for name, seed, way in jobs]
+    jobs = [
+        (name, first + k, way) for (name, first), k, way in product(FIRST_SEEDS.items(), range(seeds), LOOP_SETTINGS)
+    ]
+    arguments = [(name, seed, (*settings, LOOP_SETTINGS[way])) for name, seed, way in jobs]
     found = dict(zip(jobs, run_in_workers(drive, arguments, "driving around loops", console), strict=True))
     return [_run_table(found), _mean_table(found)] if found else []
 
 
 def hour_tables(settings: tuple[str, ...]) -> list[ResultTable]:
     """Drive around for an hour, and tabulate every five minutes the cost of a scan and the size of the graph."""
-    return [hour_table(drive(HOUR_SCENARIO, 0, (*settings, WAYS["auto"]), hour=True))]
+    return [hour_table(drive(HOUR_SCENARIO, 0, (*settings, LOOP_SETTINGS["auto"]), hour=True))]
 
 
 def hour_table(run: Drive) -> ResultTable:
@@ -64,7 +66,7 @@ def _run_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
     )  # fmt: skip
     rows = []
     for name, seed in dict.fromkeys((name, seed) for name, seed, _ in found):
-        never, auto = (found[name, seed, way] for way in WAYS)
+        never, auto = (found[name, seed, way] for way in LOOP_SETTINGS)
         metres = never.odometry_ate, never.ate, auto.ate, auto.final_ate, never.worst, auto.final_worst
         endings = never.ending if never.ending == auto.ending else f"{never.ending}, {auto.ending}"
         cells = [f"{100 * value:.1f}" for value in metres]
@@ -81,15 +83,15 @@ def _run_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
 
 def _mean_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
     columns = (
-        "scenario", "runs", "arrived", "loops", "mean ATE\nthen, cm", "final, cm", "worst ATE\nfinal, cm",
+        "scenario", "runs", "arrived", "loops", "mean ATE\nlive, cm", "final, cm", "worst ATE\nfinal, cm",
         "wall lengths\nmedian, cm", "in all, %", "wall ends\nmedian, cm", "doubled\nm a run", "loops believed,\nwrong",
     )  # fmt: skip
     rows = []
     for name, way in dict.fromkeys((name, way) for name, _, way in found):
         runs = [run for (other, _, how), run in found.items() if (other, how) == (name, way)]
-        then, final = (np.array([getattr(run, kind) for run in runs]) for kind in ("ate", "final_ate"))
+        live, final = (np.array([getattr(run, kind) for run in runs]) for kind in ("ate", "final_ate"))
         walls = total_score([run.walls for run in runs])
-        metres = then.mean(), final.mean(), final.max(), _median(np.abs(walls.length_errors))
+        metres = live.mean(), final.mean(), final.max(), _median(np.abs(walls.length_errors))
         arrived = sum(run.ending == "arrived" for run in runs)
         rows.append(
             (

@@ -23,7 +23,7 @@ from slam.scenario.file import load_scenario
 SCENARIO: Final = "paper_simulation"
 """Scenario whose plan has the shape of Fig. 1, for which the paper gives no coordinates."""
 X_K, Y_K, PHI_K = 1.0, 1.0, radians(20.0)
-"""The pose in section 2: metres, and radians from the heading in which the sensor's y axis is parallel to the map's."""
+"""The pose in section 2, metres and radians; phi is 0 if the sensor's y axis is parallel to the map's."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

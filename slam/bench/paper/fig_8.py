@@ -91,7 +91,7 @@ def hough_lines(points: FloatArray, share: float = 0.5) -> HoughLines:
     _, theta, pixels = transform.hough_line_peaks(
         votes, angles, distances, threshold=share * votes.max(), num_peaks=np.inf, **_NEIGHBOURS
     )
-    corner = 0.5 * _CELL - reach  # of the middle of the first pixel
+    corner = 0.5 * _CELL - reach  # x and y of the middle of the first pixel
     rho = _CELL * pixels + corner * (np.cos(theta) + np.sin(theta))
     return HoughLines(rho, theta, share, votes.astype(np.float64), _CELL * pixels, _CELL * distances, angles)
 

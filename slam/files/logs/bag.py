@@ -13,7 +13,7 @@ import numpy as np
 from slam.errors import LogError
 from slam.files.logs.bag_contents import BagContents
 from slam.files.logs.bag_odometry import BagOdometry
-from slam.files.logs.bag_poses import BASES, FrameTree, Mount, PoseSeries, tells_odometry
+from slam.files.logs.bag_poses import BASES, FrameTree, Mount, PoseSeries, is_odometry
 from slam.files.logs.bag_scans import BagScan, ranges_of, scans_of_one_lidar
 from slam.files.logs.log import BagTopics, Log, lidar_of, scan_time
 from slam.files.logs.outliers import drop_outliers
@@ -101,7 +101,7 @@ def _odometry(contents: BagContents, topic: str | None, moving: list[Transform])
     found = contents.messages_of(topic, "--odom-topic", ODOMETRY)
     if messages := _without_outliers(contents.values(found), contents.statistics):
         return BagOdometry.of(messages, messages[0].child or BASES[0])
-    links = [t for t in moving if tells_odometry(t)]
+    links = [t for t in moving if is_odometry(t)]
     base = links[0].child if links else BASES[0]
     poses = (StampedOdometry(Odometry(t.stamp, t.pose), base, t.received) for t in links if t.child == base)
     return BagOdometry.of(_without_outliers(poses, contents.statistics), base)

@@ -84,7 +84,7 @@ def _interpolated(at: FloatArray, stamps: FloatArray, rows: FloatArray) -> Float
     return np.column_stack([np.interp(at, stamps, column) for column in rows.T])
 
 
-def tells_odometry(link: Transform) -> bool:
+def is_odometry(link: Transform) -> bool:
     """Return True for a transform from a frame of odometry to a base."""
     return "odom" in link.frame.rpartition("/")[2] and link.child.rpartition("/")[2] in BASES
 

@@ -53,7 +53,8 @@ class BagScan:
         """Return the scan with its beams counter-clockwise from above, and a description of its lidar.
 
         ``inverted`` is True for a lidar that is mounted upside down: its bearings change their sign. If the order of
-        the beams is reversed, so are their times: the stamp is that of the beam that is now first. ``scan_time`` of the
+        the beams is reversed, so is their time order: the stamp is then the time of the new first beam. ``scan_time``
+        of the
         description is left 0, as one scan does not show it.
         """
         sign, beams = -1.0 if inverted else 1.0, self.beams

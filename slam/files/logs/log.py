@@ -59,7 +59,7 @@ class FanTable(NamedTuple):
         return f"its lidar takes {self.beams.min()} to {self.beams.max()} beams a scan, and each scan keeps its own"
 
     def fan(self, index: int, lidar: Lidar) -> Lidar:
-        """Return the fan of scan ``k``, with the range limits of the lidar."""
+        """Return the fan of scan ``index``, with the range limits of the lidar."""
         first, step = float(self.angles_min[index]), float(self.angle_increments[index])
         return replace(lidar, angle_min=first, angle_increment=step, beams=int(self.beams[index]))
 
@@ -131,7 +131,7 @@ class Log:
         return Loss(self.lost, self.lost + len(self), self.report)
 
     def scan(self, index: int) -> LaserScan:
-        """Return scan ``k``, counted from 0."""
+        """Return scan ``index``, counted from 0."""
         fan, between = self.lidar, self.time_increment
         if self.fans is not None:
             fan, between = self.fans.fan(index, fan), float(self.fans.time_increments[index])
@@ -147,7 +147,7 @@ class Log:
         )
 
     def odometry(self, index: int) -> Odometry:
-        """Return dead reckoning at scan ``k``.
+        """Return dead reckoning at scan ``index``.
 
         Without a measured twist, the twist is that of the motion to this scan.
         """
@@ -155,15 +155,15 @@ class Log:
         return Odometry(float(self.stamps[index]), self.pose(index), twist)
 
     def truth(self, index: int) -> Pose2D | None:
-        """Return ``T_map_base`` at scan ``k``, if the log has it."""
+        """Return ``T_map_base`` at scan ``index``, if the log has it."""
         return None if self.T_map_base is None else Pose2D.from_array(self.T_map_base[index])
 
     def pose(self, index: int) -> Pose2D:
-        """Return ``T_odom_base`` at scan ``k``."""
+        """Return ``T_odom_base`` at scan ``index``."""
         return Pose2D.from_array(self.T_odom_base[index])
 
     def twist(self, index: int) -> Twist2D:
-        """Return the mean velocity from scan ``k`` to the next one; zero outside of the log."""
+        """Return the mean velocity from scan ``index`` to the next one; zero outside of the log."""
         if not 0 <= index < len(self) - 1:
             return Twist2D()
         motion = self.pose(index).between(self.pose(index + 1))

@@ -20,13 +20,13 @@ class Tally:
 
     def skipped(self, kind: str, unit: str) -> str:
         """Format count, kind, detail and interval, such as '1 impossible value: range_max nan, line 3'."""
-        return f"{self.count} {self._closely(kind)}, {self._place(unit)}"
+        return f"{self.count} {self._with_detail(kind)}, {self._place(unit)}"
 
     def corrected(self, kind: str, unit: str) -> str:
         """Format a kind in the plural, such as 'stamps that do not increase (2: lines 3 to 9)'."""
-        return f"{self._closely(kind)} ({self.count}: {self._place(unit)})"
+        return f"{self._with_detail(kind)} ({self.count}: {self._place(unit)})"
 
-    def _closely(self, kind: str) -> str:
+    def _with_detail(self, kind: str) -> str:
         return f"{kind}: {self.detail}" if self.detail else kind
 
     def _place(self, unit: str) -> str:

@@ -82,7 +82,7 @@ def _unknown_packing(compression: bytes, path: Path) -> str:
 def _records(file: IO[bytes], wanted: set[int], cut: bool = False) -> Iterator[tuple[_Header, bytes]]:
     """Yield header fields and data of each record of the wanted kinds.
 
-    EOFError for a truncated last record, with ``cut`` after the whole part of it.
+    EOFError for a truncated last record; with ``cut``, the part of its data that is there is yielded first.
     """
     at = file.tell()
     end = file.seek(0, os.SEEK_END)

@@ -24,7 +24,8 @@ from slam.odometry import wheel_motion
 from slam.pose import FloatArray, Pose2D, stack_poses
 
 _FAN: Final = replace(URG04LX.lidar, range_max=5.6)
-"""First step of the beams, 44, which is an assumption. 5.6 m is a URG-04LX's DMAX; 5 % of mines1 are beyond 4.095 m."""
+"""The first beam is assumed to be at step 44, as the log does not say it. The range limit is the DMAX that a URG-04LX
+reports: 5 % of the ranges of mines1 are beyond 4.095 m."""
 _TIME_INCREMENT: Final = 0.1 / 1024
 """Seconds: 600 turns a minute of 1024 steps."""
 _T_BASE_LASER: Final = Pose2D(0.145, 0.0, 0.0)

@@ -57,7 +57,7 @@ def ros2_type(name: str) -> str:
 @cache
 def ros2_types() -> Typestore:
     """Message types of ROS 2 Humble; those used here are the same in every later one."""
-    from rosbags.typesys import Stores, get_typestore  # here, as it takes long to load, and only bags need it
+    from rosbags.typesys import Stores, get_typestore  # imported here: it loads slowly, and only bags need it
 
     return get_typestore(Stores.ROS2_HUMBLE)
 

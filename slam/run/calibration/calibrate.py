@@ -47,7 +47,7 @@ class Calibration:
     def worst_closing_error(self, fit: WheelFit) -> float:
         """UMBmark's E_max,syst, metres: the distance by which the odometry with this fit misses the end of a square.
 
-        It is the mean over all squares in one direction; the larger of both.
+        It is the mean over the squares in one direction, for the direction with the larger mean.
         """
         misses = [displacement(corrected(lap.odometry, self.track, fit)) - displacement(lap.truth) for lap in self.laps]
         both = np.array(misses).reshape(2, -1, 2).mean(axis=1)

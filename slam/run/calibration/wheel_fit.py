@@ -70,11 +70,13 @@ def fit_wheels(legs: Sequence[Leg], track: float) -> WheelFit:
     """
     distances = [wheel_travels(leg.odometry, track) for leg in legs]
     totals = np.array([(-left.sum(), right.sum()) for left, right in distances]).reshape(-1, 2)
-    believed = np.array([wrap_angles(np.diff(leg.odometry[:, 2])).sum() for leg in legs])  # may be over half a turn
+    believed = np.array(
+        [wrap_angles(np.diff(leg.odometry[:, 2])).sum() for leg in legs]
+    )  # total turns; more than half a turn is possible
     turned = believed + wrap_angles(np.array([leg.truth[-1, 2] - leg.truth[0, 2] for leg in legs]) - believed)
     if np.linalg.matrix_rank(totals, tol=0.1) < 2:
         raise InputError("this drive does not determine the wheels; it needs straight legs and turns")
-    per_track = np.linalg.lstsq(totals, turned, rcond=None)[0]  # of each wheel's distance, radians per metre
+    per_track = np.linalg.lstsq(totals, turned, rcond=None)[0]  # radians of turning per metre of each wheel
     of_unit_track = [
         dead_reckoned(np.zeros(3), per_track[0] * left, per_track[1] * right, 1.0) for left, right in distances
     ]

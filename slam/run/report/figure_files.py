@@ -15,7 +15,7 @@ from slam.run.report.run_plots import distance_figure, error_figure, iterations_
 from slam.run.results.run_record import RunRecord
 
 _DPI: Final = 200
-_NAMELESS: Final = {"png": {"Software": None}, "pdf": {"CreationDate": None}}
+_METADATA: Final = {"png": {"Software": None}, "pdf": {"CreationDate": None}}
 """Makes the files reproducible: the same run, the same bytes."""
 
 
@@ -26,7 +26,7 @@ def write_figures(records: Sequence[RunRecord], folder: Path) -> int:
         own = folder if len(records) == 1 else folder / f"{number}-{record.name}"
         own.mkdir(parents=True, exist_ok=True)
         for name, figure in run_figures(record):
-            for kind, metadata in _NAMELESS.items():
+            for kind, metadata in _METADATA.items():
                 with atomic_file(own / f"{name}.{kind}") as draft:
                     save_figure(figure, draft, format=kind, dpi=_DPI, metadata=metadata)
             count += 1

@@ -34,7 +34,7 @@ def inline_svg(figure: Figure, name: str, label: str) -> Markup:
 def inline_figures(
     figures: Mapping[str, tuple[Figure | None, str]], key: str, of: str = ""
 ) -> list[tuple[Markup, str]]:
-    """Convert figures, by name and with captions, to SVG with that caption; None is left out."""
+    """Convert figures, by name and with captions, to SVG with the caption; ``of`` follows the name in the label."""
     return [
         (inline_svg(figure, f"{key}-{name}", f"{name}{of}: {caption}"), caption)
         for name, (figure, caption) in figures.items()

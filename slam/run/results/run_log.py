@@ -32,9 +32,9 @@ class KnownMap(NamedTuple):
     """The saved map that a run continued."""
 
     map: str
-    """Its path, as it was given."""
+    """Path of the map, as the user gave it."""
     start: str
-    """Start of the robot in it: see ``--start``."""
+    """Start of the robot in the map: see ``--start``."""
 
     @classmethod
     def of(cls, notes: Mapping[str, Any]) -> Self | None:

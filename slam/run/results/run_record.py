@@ -56,7 +56,7 @@ class RunRecord:
             raise InputError(f"{folder}: {_fault(folder)}; give the folder of a run, such as runs/latest")
         traces = Traces.read(folder)
         if traces is None:
-            raise InputError(f"{folder}: this run has no scan; give a run that came to its first")
+            raise InputError(f"{folder}: this run has no scan; give one that has at least one scan")
         config, metrics = read_scenario(folder / "config.yaml"), _metrics(folder / "metrics.json")
         return cls(folder, config, traces, metrics, list(traces.damage))
 

@@ -38,7 +38,7 @@ class HeardLidar:
 
     @classmethod
     def wait_for(cls, topics: HeardTopics, until: float) -> Self | None:
-        """Return the lidar of the first scan, which stays the next one; None if none comes in time."""
+        """Return the lidar of the first scan, without consuming that scan; None if none comes in time."""
         while time.monotonic() < until:
             raw = topics.next_scan(min(until, time.monotonic() + _LOOK))
             if raw is not None and (scan := _parsed(raw)) is not None:

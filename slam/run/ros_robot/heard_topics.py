@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from slam.files.fields import BadLine
-from slam.files.logs.bag_poses import BASES, FrameTree, Mount, tells_odometry
+from slam.files.logs.bag_poses import BASES, FrameTree, Mount, is_odometry
 from slam.files.ros.decoder import Transform, decode_odometry, decode_transforms
 from slam.files.ros.messages import LASER_SCAN, ODOMETRY, RawMessage
 from slam.odometry import Odometry, Twist2D
@@ -43,7 +43,7 @@ class HeardTopics:
             bus.subscribe(topic, self._hearing(topic, heard))
 
     def next_scan(self, until: float, newest: bool = False) -> RawMessage | None:
-        """Take the oldest waiting scan, or the ``newest``; None if none comes until ``until``, ``time.monotonic``."""
+        """Take the oldest waiting scan, or the ``newest``; None if none comes before the monotonic time ``until``."""
         with self._news:
             self._news.wait_for(lambda: self._scans, max(0.0, until - time.monotonic()))
             while newest and len(self._scans) > 1:
@@ -86,13 +86,13 @@ class HeardTopics:
             self._news.notify_all()
 
     def _hear_odometry(self, raw: RawMessage) -> None:
-        told = decode_odometry(raw)
-        self._base = told.child or BASES[0]
-        self.odometry.add(told.odometry)
+        message = decode_odometry(raw)
+        self._base = message.child or BASES[0]
+        self.odometry.add(message.odometry)
 
     def _hear_transforms(self, raw: RawMessage) -> None:
         for link in decode_transforms(raw):
-            if tells_odometry(link):
+            if is_odometry(link):
                 if self._base is None:
                     self.odometry.add(self._with_speed(Odometry(link.stamp, link.pose)))
                 continue

@@ -157,12 +157,12 @@ class TopicRobot(Closing):
 
     def _silence(self, topics: HeardTopics, timeout: float, alone: int) -> str:
         """Describe what did not come in time: scans, or odometry for scans that came ``alone``."""
-        config, told = self._scenario.ros, topics.odometry.last
+        config, last = self._scenario.ros, topics.odometry.last
         if not alone:
             return f"no scan on {config.scan_topic} for {timeout:g} s"
-        if told is None:
+        if last is None:
             return f"{alone} scans came, but no odometry on {config.odom_topic} or /tf"
-        return f"{alone} scans came, but the odometry on {config.odom_topic} is of another time, {told.stamp:.3f} s"
+        return f"{alone} scans came, but the odometry on {config.odom_topic} is of another time, {last.stamp:.3f} s"
 
     def _opened(self) -> HeardTopics:
         if self._topics is None:

@@ -49,9 +49,10 @@ def poses_at(times: FloatArray, stamps: FloatArray, poses: FloatArray, max_gap: 
 
 
 def carried_poses(times: FloatArray, trajectory: Trajectory, odometry: Trajectory) -> InterpolatedPoses:
-    """Interpolate the trajectory at these times by the odometry from the pose before and the pose after.
+    """Continue the trajectory by odometry to these times, forward from the pose before and back from the pose after.
 
-    The two are weighted linearly in time. It is for poses that are far apart, where a straight line would cut corners.
+    The two results are weighted linearly in time. It is for poses that are far apart, where a straight line would cut
+    corners.
     """
     stamps, poses = trajectory
     known = (times >= stamps[0]) & (times <= stamps[-1])

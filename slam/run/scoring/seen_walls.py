@@ -15,7 +15,7 @@ from slam.run.step import Step
 from slam.scan import COS, SIN
 
 TIMES: Final = 3
-"""Number of scans that must have seen a sample of a wall for the map to have it."""
+"""Number of scans that must have seen a sample of a wall, for the map to be expected to contain it."""
 MOVED: Final = 0.1, float(np.radians(10.0))
 """Motion between two counted scans, metres or radians, so that a robot at rest counts once."""
 SAME_RANGE = 0.1  # metres, and share of the range: largest difference of an echo from the wall
@@ -53,7 +53,7 @@ class SeenWalls:
         T_map_laser = T_map_base @ self._T_base_laser
         beams = np.column_stack([scan.fan[COS], scan.fan[SIN]]) @ T_map_laser.rotation.T
         ranges = np.where(scan.echoes, scan.ranges, np.nan)
-        face, along = _met(T_map_laser.translation, beams, ranges, self.walls.faces)
+        face, along = _faces_met(T_map_laser.translation, beams, ranges, self.walls.faces)
         _count(face, along, self._firsts, self.walls.lengths, self.scans)
 
 
@@ -63,7 +63,9 @@ def _has_moved(last: Pose2D, now: Pose2D) -> bool:
 
 
 @compiled
-def _met(origin: FloatArray, beams: FloatArray, ranges: FloatArray, faces: FloatArray) -> tuple[IntArray, FloatArray]:
+def _faces_met(
+    origin: FloatArray, beams: FloatArray, ranges: FloatArray, faces: FloatArray
+) -> tuple[IntArray, FloatArray]:
     """Return the face that each beam (B, 2) sees, (B,), -1 for none, and the distance from its start, (B,), metres.
 
     Only a face that has the origin (2,) to its left can be seen; ``ranges`` (B,) are nan without an echo.
@@ -81,7 +83,7 @@ def _met(origin: FloatArray, beams: FloatArray, ranges: FloatArray, faces: Float
         dx, dy = faces[f, 1, 0] - faces[f, 0, 0], faces[f, 1, 1] - faces[f, 0, 1]
         length = np.hypot(dx, dy)
         dx, dy = dx / length, dy / length
-        offset = x * -dy + y * dx  # of the face along its left normal: negative where the origin is to its left
+        offset = x * -dy + y * dx  # of the face from the origin, along its left normal
         if offset >= 0.0 or -offset > reach or _is_beyond(x, y, length * dx, length * dy, reach):
             continue
         for b in range(B):

@@ -15,7 +15,7 @@ ASIDE: Final = 1e-3
 ROUNDING: Final = 1e-6
 """Least length of a part that has a direction, metres."""
 BLOCK: Final = 256
-"""Number of edges, from left to right, that are compared at once with the solids above and below them."""
+"""Number of edges, sorted by x, that are compared at once with all solids at the same x."""
 SHORTEST: Final = 5e-3
 """Least length of a part of a face between two solids, metres."""
 

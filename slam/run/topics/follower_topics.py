@@ -34,7 +34,7 @@ class FollowerTopics(SlamTopics):
 
 
 class FollowerSession(TopicSession):
-    """Buses on which SLAM joins a robot that publishes itself."""
+    """Buses on which SLAM publishes beside a robot that has topics of its own."""
 
     def __init__(self, buses: Sequence[Bus], robot: TopicRobot) -> None:
         super().__init__(buses)

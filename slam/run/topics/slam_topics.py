@@ -33,7 +33,7 @@ class StepNews:
 
 
 class SlamTopics(Closing):
-    """Watcher that publishes estimates; dead reckoning has no map, and publishes none of them.
+    """Watcher that publishes estimates; a run by dead reckoning has no map, and publishes no estimates.
 
     The loop only queues the items; a thread publishes them in the same order.
     """

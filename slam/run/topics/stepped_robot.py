@@ -26,5 +26,5 @@ class SteppedRobot(WrappedRobot):
         """Drive by the next command from outside; RobotTimeout if none has come yet."""
         if not self._commands.wait_for_more(self._taken, _LOOK):
             raise RobotTimeout("no command on /cmd_vel yet, and the run is stepped (--pace 0)")
-        self._taken, told = self._commands.last
-        return self._robot.drive(told)
+        self._taken, command = self._commands.last
+        return self._robot.drive(command)

@@ -26,7 +26,7 @@ class TopicChoice:
     """Speed of a simulated or recorded run relative to the wall clock; inf for as fast as possible, 0 for one scan per
     command, None for 1."""
     follows: TopicRobot | None = None
-    """True for a robot that others drive and that publishes itself."""
+    """A robot that others drive and that publishes its own topics; None for a run that drives its robot."""
 
     def __bool__(self) -> bool:
         return self.ros or self.foxglove is not False

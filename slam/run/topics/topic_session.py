@@ -24,7 +24,7 @@ class TopicSession:
     def __init__(self, buses: Sequence[Bus], pace: float | None = None) -> None:
         self.bus = SeveralBuses(buses)
         self.pace = pace
-        """Factor to real time, for a run that could be faster, or 0 for one scan per command; None for real time."""
+        """Speed relative to real time, if the run is simulated or recorded; 0 for one scan per command; None for 1."""
         self.commands = VelocityCommands()
         """Velocities from outside."""
         self._watcher: SlamTopics | None = None

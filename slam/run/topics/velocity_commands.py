@@ -80,14 +80,14 @@ def _twist(topic: Topic, message: bytes) -> Twist2D:
 class CommandedPilot:
     """Drives as commanded, from the first command on; before that, as another pilot does."""
 
-    def __init__(self, commands: VelocityCommands, until_told: Pilot) -> None:
-        self._commands, self._until_told = commands, until_told
+    def __init__(self, commands: VelocityCommands, until_commanded: Pilot) -> None:
+        self._commands, self._until_commanded = commands, until_commanded
 
     @property
     def progress(self) -> float:
         """Progress of the other pilot."""
-        return self._until_told.progress
+        return self._until_commanded.progress
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
-        """Return the last commanded velocity; before the first command that of the other pilot."""
-        return self._commands.twist if self._commands.count else self._until_told.command(T_map_base, scan)
+        """Return the last velocity from outside; before the first one, the other pilot's command."""
+        return self._commands.twist if self._commands.count else self._until_commanded.command(T_map_base, scan)

@@ -15,8 +15,8 @@ WHEEL_JOINTS: Final = "left_wheel", "right_wheel"
 class WheelJoints:
     """Angles of both wheels, from the odometry.
 
-    The firmware computes its odometry from the encoders with the wheels that it assumes; with the same ones this gives
-    the angles of the encoders back, except for the firmware's rounding.
+    The firmware computes odometry from the angles that its encoders measure, with the radii and the track in its
+    settings. With the same radii and track, the angles are recovered here, except for the firmware's rounding.
     """
 
     def __init__(self, wheels: WheelErrors) -> None:

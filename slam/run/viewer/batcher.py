@@ -112,7 +112,7 @@ class Batcher:
         self._frames: list[Frame] = []
         self._trail: list[Frame] = []
         self._events: list[Event] = []
-        self._before: Frame | None = None  # the last of the strokes that were sent
+        self._before: Frame | None = None  # end of the strokes that were sent
         self._last: Frame | None = None
         self._sent_at = self._trail_sent_at = 0.0  # so that the first scan is shown at once
         self._packer = ThreadPoolExecutor(1, "viewer feed")

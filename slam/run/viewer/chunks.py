@@ -167,7 +167,7 @@ def _dashes(ends: FloatArray) -> FloatArray:
 
 
 def _cross(ends: FloatArray) -> FloatArray:
-    """Return two lines (2, 2, 2) that cross in the middle of one."""
+    """Return the two lines (2, 2, 2) of a cross in the middle of a line."""
     return np.asarray(ends.mean(axis=0) + _DASH * np.array([[[-1, -1], [1, 1]], [[-1, 1], [1, -1]]]))
 
 

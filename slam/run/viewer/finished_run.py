@@ -77,9 +77,9 @@ def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
     broadcast.send(list(map_chunks(0, float(record.traces.stamps[0]), points, record.walls)))
     steps = record.traces.steps
     matched = np.maximum.accumulate(np.where(steps["mapped"] == 1, np.arange(len(steps)), 0))  # last matched scan
-    told = [(LOST, steps["lost"] == 1), (ODOMETRY_ONLY, record.traces.odometry_only[matched])]
+    states = [(LOST, steps["lost"] == 1), (ODOMETRY_ONLY, record.traces.odometry_only[matched])]
     jumps = _jumps(record)
-    changes = [(texts, are, np.append(are[:1], are[1:] != are[:-1])) for texts, are in told]
+    changes = [(texts, are, np.append(are[:1], are[1:] != are[:-1])) for texts, are in states]
     for frame in frames_of(record):
         k = frame.index
         events = [Event(k, frame.stamp, *texts[not are[k]]) for texts, are, changed in changes if changed[k]]
@@ -113,7 +113,7 @@ def _jumps(record: RunRecord) -> dict[int, str]:
     traces, graph = record.traces, record.graph
     if traces.local is None:
         return {}
-    told, last = {}, -1  # ``last``: submap of the previous closure; loops of later ones are told with the next closure
+    texts, last = {}, -1  # ``last``: submap of the previous closure; loops of later ones are shown at the next closure
     for k in np.flatnonzero(traces.jumps).tolist():
         submap = int(traces.steps["closure"][k])
         loops = [] if graph is None else [loop for loop in graph.loops if last < loop.submap <= submap]
@@ -123,8 +123,8 @@ def _jumps(record: RunRecord) -> dict[int, str]:
         if k:
             before = Pose2D.from_array(traces.local[k - 1]).inverse()
             T_map_local = Pose2D.from_array(traces.estimate[k - 1]) @ before
-        told[k] = closure_text(loops, T_map_local @ local, estimate)
-    return told
+        texts[k] = closure_text(loops, T_map_local @ local, estimate)
+    return texts
 
 
 def _loops_until(record: RunRecord, scan: int) -> LoopsShown | None:

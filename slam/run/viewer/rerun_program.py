@@ -31,7 +31,7 @@ def has_display() -> bool:
 def spawn_viewer(port: str, *files: Path) -> subprocess.Popen[bytes]:
     """Start a viewer's window, which stays open when this program ends.
 
-    It takes data at the port, or at any with ``auto``, of the loopback interface.
+    It receives data at this port of the loopback interface; with ``auto`` it chooses the port.
     """
     return _start(_command("--port", port, "--bind", "127.0.0.1", *map(str, files)), subprocess.DEVNULL)
 

@@ -30,7 +30,7 @@ class RingSide(NamedTuple):
 def walls_around_corner(before: RingSide, after: RingSide, half: float) -> list[Wall]:
     """Make the outer and the inner wall from one wing to the next, ``half`` metres beside the middle of the passage.
 
-    They extend to the cross walls where the wings' corridors are wider.
+    At both ends, where the corridor becomes wider, they include the wall across that joins them to the wing's walls.
     """
     walls = []
     for hand in (-1.0, 1.0):

@@ -71,7 +71,7 @@ def pick_metric(store: ResultStore, asked: str | None) -> str:
 
 
 def group_runs(store: ResultStore, metric: str) -> list[RunGroup]:
-    """Return cases in the order of name, mode and settings; the others are compared with the first of a name."""
+    """Return cases in the order of name, mode and settings; each is compared with the first case of its name."""
     groups: dict[tuple[Any, ...], RunGroup] = {}
     for row in store.rows():
         grid = _prefixed(row, "set.")

@@ -15,7 +15,7 @@ from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.sweep.report.groups import RunGroup, group_by_name
 
 _CURVES: Final[list[str]] = sorted(MODES, key=lambda mode: mode == "paper")
-"""Styles of the modes by their order: SLAM and dead reckoning come first, with their usual colours."""
+"""Modes in the order in which they get their styles: SLAM and dead reckoning first, with their usual colours."""
 _MARKERS: Final = "osD^vPX"
 _LOG_SCALE_RATIO: Final = 20.0
 """Ratio of the largest to the smallest value above which the scale is logarithmic."""

@@ -16,7 +16,6 @@ from sim.sonar import SonarRing
 from slam.named_code import import_by_name
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
-from slam.scenario.clock import installed_engine
 from slam.scenario.furniture import Movable
 from slam.scenario.robot_config import RobotConfig
 from slam.scenario.schema import Scenario
@@ -28,7 +27,7 @@ ENGINES: Final = {"bullet": "sim.bullet_robot:BulletRobot", "plan": "sim.plan.ro
 
 def robot_in_world(scenario: Scenario, robot: RobotConfig, rate: int) -> "RobotInWorld":
     """Put this robot into the scenario's world; ``rate`` physics steps per second, a multiple of its control rate."""
-    if scenario.physics.engine == "plan" and installed_engine() == "plan":
+    if scenario.physics.engine == "plan" and "engine" not in scenario.physics.model_fields_set:
         _say_what_is_missing()
     made: RobotInWorld = import_by_name(ENGINES[scenario.physics.engine])(scenario, robot, rate)
     return made

@@ -40,6 +40,7 @@ def test_a_policy_has_a_score_in_every_simulator() -> None:
 
 
 def test_the_table_includes_the_devices(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pybullet", reason="no PyBullet")
     monkeypatch.setitem(POLICIES, "ahead", Ahead)
     table = policy_report.policy_table("ahead", SEEDS, 1, Terminal())
     assert [row[1] for row in table.rows] == ["2", "2", "2", "1", "1", "1"]

@@ -15,11 +15,13 @@ from pydantic import ValidationError
 
 from sim.bumpers import Contact, segment_at
 from sim.robot import SimRobot
+from sim.robot_in_world import _say_what_is_missing
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
 
 CORRIDOR = {"points": [[-1.0, -1.25], [9.0, -1.25], [9.0, 1.25], [-1.0, 1.25]], "closed": True}
@@ -313,3 +315,14 @@ def test_physics_control_and_scans_divide_one_another() -> None:
     with SimRobot(scenario(physics={"rate": 100}, robot={"control_rate": 50})) as robot:
         stamps = [robot.observe().scan.stamp for _ in range(2)]
     assert stamps == pytest.approx([0.02, 0.12])  # the beams take 66.6 ms, which are 4 control steps of 20 ms
+
+
+@pytest.mark.parametrize(("settings", "warned"), [((), True), (("physics.engine=plan",), False)])
+def test_a_missing_pybullet_is_named_if_no_engine_is_chosen(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, settings: tuple[str, ...], warned: bool
+) -> None:
+    monkeypatch.setattr("slam.scenario.clock.find_spec", lambda _: None)
+    _say_what_is_missing.cache_clear()
+    with SimRobot(load_scenario("corridor", settings)):
+        assert ("PyBullet is not installed" in caplog.text) == warned
+    _say_what_is_missing.cache_clear()

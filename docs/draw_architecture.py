@@ -39,7 +39,7 @@ WAYS: Final = {
         "sim.robot:SimRobot",
         "sim.controller:Controller",
         "sim.records:model_of",
-        "sim.controller:Controller.look",
+        "sim.controller:Controller.read_wheels",
     ),
     "byte": (
         "hardware.serial_port:SerialPort.read",

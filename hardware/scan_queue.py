@@ -14,7 +14,7 @@ _KEPT: Final = 4
 class ScanQueue:
     """A few scans, oldest first.
 
-    ``scanned_at`` is the time at which the newest one was complete, ``time.monotonic``.
+    ``scanned_at`` is the monotonic time at which the newest one was complete.
     """
 
     def __init__(self) -> None:

@@ -107,7 +107,7 @@ def _timing(order: IntArray, between: float) -> tuple[float, float]:
     if between == 0.0 or order[0] < order[-1] == len(order) - 1:
         return 0.0, between
     if order[0] != len(order) - 1 or order[-1] != 0:
-        raise InputError("time_increment needs angles in the order of the beams, and these go to and fro; leave it out")
+        raise InputError("time_increment needs angles that only rise or only fall, and these do both; leave it out")
     return between * (len(order) - 1), -between
 
 

@@ -93,6 +93,6 @@ class BulletRobot(RobotInWorld):
             if (found := near()) and (contacts := base.contacts(found)):
                 self._bumpers.add(contacts, base.place)
         self.steps += self._steps_per_control
-        base.look()
+        base.read_wheels()
         if self._leg_radii.size:
             self._people.step(base.place[:2], self._steps_per_control / self._rate)

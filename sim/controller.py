@@ -60,13 +60,13 @@ class Controller:
         """Set the setpoint without ramps; return True if ``motors`` changed."""
         return _set_velocity(self._robot, setpoint.linear, setpoint.angular)
 
-    def look(self, left: Joint, right: Joint) -> bool:
+    def read_wheels(self, left: Joint, right: Joint) -> bool:
         """End a control step: read the wheels, and update the odometry; return True if ``motors`` changed."""
-        return _look(self._robot, left[0], right[0], left[1], right[1], left[3], right[3])
+        return _read_wheels(self._robot, left[0], right[0], left[1], right[1], left[3], right[3])
 
     @property
     def noise(self) -> FloatArray:
-        """The four numbers of ``dead_reckoning.Noise`` for the next ``look``; the caller writes them."""
+        """The four numbers of ``dead_reckoning.Noise`` for the next ``read_wheels``; the caller writes them."""
         noise: FloatArray = self._robot["noise"][0]
         return noise
 
@@ -83,12 +83,12 @@ class Controller:
 
     @property
     def twist(self) -> Twist2D:
-        """Velocity of the base at the last ``look``, from its simulated wheels."""
+        """Velocity of the base at the last ``read_wheels``, from its simulated wheels."""
         return Twist2D.from_wheels(self.base["rim_left"].item(), self.base["rim_right"].item(), TRACK)
 
     @property
     def ticks(self) -> tuple[int, int]:
-        """Count of the left and the right encoder at the last ``look``, since the reset."""
+        """Count of the left and the right encoder at the last ``read_wheels``, since the reset."""
         return self.base["ticks_left"].item(), self.base["ticks_right"].item()
 
     @property
@@ -129,7 +129,7 @@ def _set_velocity(robot: NDArray[Any], v: float, omega: float) -> bool:
 
 
 @compiled_in_order
-def _look(
+def _read_wheels(
     robot: NDArray[Any], left: float, right: float, left_speed: float, right_speed: float,
     left_torque: float, right_torque: float,
 ) -> bool:  # fmt: skip

@@ -76,12 +76,12 @@ class P3dx:
         if self.controller.set_velocity(setpoint):
             self._run_motors()
 
-    def look(self) -> None:
+    def read_wheels(self) -> None:
         """Let the controller read the wheels, which may have stalled; called after each control step."""
         left, right = self._find_joints()
         if len(self._noise):
             self._rng.standard_normal(out=self._noise)
-        if self.controller.look(left, right):
+        if self.controller.read_wheels(left, right):
             self._run_motors()
 
     @property

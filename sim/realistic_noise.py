@@ -2,8 +2,8 @@
 
 The effects are those that Kneip et al., "Characterization of the compact Hokuyo URG-04LX 2D laser range scanner", ICRA
 2009, and Okubo, Ye and Borenstein, "Characterization of the Hokuyo URG-04LX laser rangefinder for mobile robot obstacle
-negotiation", 2009, describe; both find that the figures depend on the target so much that no table fits. The formulas
-follow from how such a sensor works; the constants are this project's choice.
+negotiation", 2009, describe. Both find that the figures depend so much on the target that no one table holds for all.
+The formulas follow from how such a sensor works; the constants are this project's choice.
 """
 
 from math import cos, exp, sin
@@ -15,7 +15,7 @@ from slam.compiled import compiled
 from slam.pose import FloatArray
 
 SIGMA_NEAR: Final = 0.003
-"""Noise of the sensor's electronics, metres, which remains in full light. Our choice."""
+"""Noise of the sensor's electronics, metres, the part that more returned light does not reduce. Our choice."""
 SIGMA_LIGHT: Final = 0.0033
 """Shot noise for white paper at 1 m, metres: a third of the data sheet's 1 %, so that 3 sigma stay within it."""
 DARK: Final = 0.01
@@ -24,7 +24,7 @@ BEAM_HALF_WIDTH: Final = 0.005
 """Beam divergence, radians: the beam is 40 mm wide at 4 m (recalled from the data sheet), more than the beam
 spacing."""
 EDGE: Final = 0.05
-"""Difference of neighbouring ranges, not on one plane, that counts as an edge, metres. Our choice."""
+"""Two neighbouring ranges that differ by more, and are not of one plane, have an edge between; metres. Our choice."""
 WARM_UP: Final = 0.010
 """Excess of the ranges at power-up, metres; our choice, of the size that is reported."""
 WARM_UP_TIME: Final = 1200.0

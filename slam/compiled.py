@@ -77,7 +77,8 @@ def _compiled(function: F, options: dict[str, Any]) -> F:
 class _HotLoop(CPUDispatcher):
     """A function with its own code for calls from Python, and code inlined into compiled functions that call it.
 
-    Only code for calls from Python is optimised and kept on disk. With it, the code of its parts is not needed.
+    Only code for calls from Python is optimised and kept on disk. It contains the functions that it calls, so that a
+    program which finds it on disk need not compile these.
     """
 
     def __init__(self, function: Any, options: dict[str, Any]) -> None:

@@ -13,11 +13,12 @@ from hypothesis import settings
 
 from slam.errors import RobotError
 from slam.pose import FloatArray, Pose2D
+from slam.run.experiment import Experiment
 from slam.run.experiment_setup import replay_experiment
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 
-# With bytecode on disk, not every process that a test starts compiles all sources anew.
+# Keep bytecode on disk: otherwise every process that a test starts compiles all sources again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
@@ -28,7 +29,9 @@ settings.load_profile("hopslam")
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the option of ``make test-all``."""
     parser.addoption(
-        "--all-faults", action="store_true", help="Let every write fail, not a sample of them; kill commands."
+        "--all-faults",
+        action="store_true",
+        help="Run slow tests too: let every write fail, not only a few; kill commands.",
     )
 
 
@@ -78,12 +81,18 @@ def small_log(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands draw no pictures at the end of a run, which takes longer than a short run."""
+    monkeypatch.setattr(Experiment, "_draw", lambda *_: None)
+
+
 Scanner = Callable[[FloatArray, Pose2D, int], LaserScan]
 
 
 @pytest.fixture(scope="session")
 def scan_of() -> Scanner:
-    """Makes a noisy scan, 1 cm, of the walls between these corners from a pose; the stamp is 0.1 s times the seed."""
+    """Makes a scan from a pose of the walls between corners, with noise of 1 cm; the stamp is 0.1 s times the seed."""
 
     def scan(corners: FloatArray, pose: Pose2D, seed: int = 0) -> LaserScan:
         bearings = np.linspace(-2.0, 2.0, 401)
@@ -139,7 +148,7 @@ def lap_path() -> list[Pose2D]:
 
 @pytest.fixture(scope="session")
 def lap_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A recorded run in CARMEN's format along ``lap_path``, with wheels that go and turn too far."""
+    """A recorded run in CARMEN's format along ``lap_path``. Its odometry is 2 % too long and turns to the left."""
     niches = [(4, -1, 4.6, -0.6), (10.5, 2, 11, 2.8), (6, 6.5, 7.2, 7), (-1, 3, -0.6, 4)]
     shapes = [_rectangle(-1, -1, 11, 7), _rectangle(1, 1, 9, 5), *(_rectangle(*niche) for niche in niches)]
     edges = np.concatenate([np.stack([shape[:-1], shape[1:]], axis=1) for shape in shapes])
@@ -171,7 +180,7 @@ def _ranges(edges: FloatArray, pose: Pose2D, bearings: FloatArray) -> FloatArray
 
 @pytest.fixture(scope="session")
 def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of all workers of this test run."""
+    """A folder that all workers of this test run share."""
     own = tmp_path_factory.getbasetemp()
     return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
 

@@ -1,6 +1,6 @@
 """Random and mutated bytes into every decoder: ``python -m tests.fuzz_codecs [BYTES]`` from the top of the tree.
 
-Whatever comes in, only ``DecodeError`` may come out, and what a decoder keeps stays below its bound.
+Whatever the bytes, a decoder may raise only ``DecodeError``, and the data that it keeps stay below its bound.
 """
 
 import gc
@@ -68,7 +68,7 @@ def noise(seeds: list[bytes], rng: random.Random) -> bytes:
 
 
 def try_arcos(data: bytes) -> None:
-    """Every reader of a packet's data."""
+    """Give the data of a packet to every function that reads one."""
     readers: list[Callable[[], object]] = [
         lambda: Command.decode(data),
         lambda: Command.decode(data).quantity,
@@ -84,7 +84,7 @@ def try_arcos(data: bytes) -> None:
 
 
 def try_scip(lines: tuple[bytes, ...]) -> None:
-    """Every reader of an answer."""
+    """Give the lines of an answer to every function that reads one."""
     replies = [find_reply(lines)]
     with suppress(DecodeError):
         replies.append(decode_old_reply(lines))

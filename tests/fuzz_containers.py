@@ -1,7 +1,7 @@
 """Feed damaged files to every reader: ``python -m tests.fuzz_containers [INPUTS [SEED [READER...]]]``.
 
-Whatever comes in, only an error of slam.errors may come out. Each reader gets valid files of its kind, cut at every
-byte, and with bits and bytes changed, dropped and doubled; an input is made again from reader, seed and number.
+Whatever the file, a reader may raise only an error of slam.errors. Each reader gets valid files of its kind, cut at
+every byte, and with bits and bytes changed, dropped and doubled; an input is made again from reader, seed and number.
 """
 
 import random

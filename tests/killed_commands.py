@@ -1,4 +1,4 @@
-"""Commands killed in their own process, and what is seen of them from outside, for tests."""
+"""Commands in processes of their own, which are killed, and what other processes see of them, for tests."""
 
 import os
 import signal
@@ -29,7 +29,7 @@ class Started(NamedTuple):
 
 def start(words: list[str]) -> Started:
     """Run a command in a child process, which has imported all that it needs."""
-    witness = TemporaryFile(buffering=0)  # noqa: SIM115  both processes go on with it
+    witness = TemporaryFile(buffering=0)  # noqa: SIM115  used by both processes
     if child := os.fork():
         return Started(child, witness)
     code = 1
@@ -37,7 +37,7 @@ def start(words: list[str]) -> Started:
         nowhere = os.open(os.devnull, os.O_RDWR)
         for stream in (1, 2):
             os.dup2(nowhere, stream)
-        tell_stamps(witness.fileno())
+        record_stamps(witness.fileno())
         sys.argv = ["hopslam", *words]
         main()
     except SystemExit as left:
@@ -46,15 +46,15 @@ def start(words: list[str]) -> Started:
         os._exit(code)
 
 
-def tell_stamps(witness: int) -> None:
+def record_stamps(witness: int) -> None:
     """Write the stamp of each scan of this process to ``witness`` before the scan is recorded."""
     on_step = RunLog.on_step
 
-    def telling(log: RunLog, step: Step) -> None:
+    def recording(log: RunLog, step: Step) -> None:
         os.write(witness, b"%.6f\n" % step.observation.scan.stamp)
         on_step(log, step)
 
-    RunLog.on_step = telling  # type: ignore[method-assign,assignment]  # of this process alone
+    RunLog.on_step = recording  # type: ignore[method-assign,assignment]  # of this process alone
 
 
 def end(started: Started, seconds: float, begun: Path | None = None) -> list[float]:
@@ -65,9 +65,9 @@ def end(started: Started, seconds: float, begun: Path | None = None) -> list[flo
     time.sleep(seconds)
     os.kill(started.child, signal.SIGKILL)
     os.waitpid(started.child, 0)
-    with started.witness as told:
-        told.seek(0)
-        return [float(line) for line in told if line.endswith(b"\n")]
+    with started.witness as stamps:
+        stamps.seek(0)
+        return [float(line) for line in stamps if line.endswith(b"\n")]
 
 
 def is_running(child: int) -> bool:

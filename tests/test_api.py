@@ -180,7 +180,7 @@ def test_settings_that_contradict_the_map_are_named(
 
 
 def test_loops_are_closed_as_a_replay_closes_them(lap_log: Path, lap_run: Path, tmp_path: Path) -> None:
-    """Poses and walls of a lap with wrong wheels are the same, and a saved map keeps its key scans and its graph."""
+    """Poses and walls of a lap with wheel errors are the same, and a saved map keeps its key scans and its graph."""
     log, run = read_log(lap_log), hopslam.Run.open(lap_run)
     slam = hopslam.Slam(T_base_laser=log.T_base_laser, range_min=0.0, range_max=log.lidar.range_max)
     closures = sum(
@@ -224,7 +224,7 @@ def test_paper_mode_maps_but_cannot_be_saved(drive: list[tuple[Pose2D, LaserScan
 
 @pytest.mark.parametrize("order", [1, -1], ids=["counter-clockwise", "clockwise"])
 def test_a_scan_is_deskewed_in_both_directions_of_rotation(room: FloatArray, order: int) -> None:
-    """Beams are taken one after another while the robot turns on the spot, but for the first scan, at rest."""
+    """The robot stands in the first scan; in all others it turns on the spot while beam after beam is taken."""
     between, bearings, turn = 0.05 / 400, np.linspace(-2.0, 2.0, 401)[::order], 1.0
     slam = hopslam.Slam(time_increment=between)
     for k in range(8):

@@ -39,7 +39,7 @@ def run_simulated(folder: Path) -> None:
     scenario_experiment(load_scenario("corridor", ["duration=0.4"])).run(folder / "run")
 
 
-def read_a_key(folder: Path) -> None:
+def set_the_travel_noise(folder: Path) -> None:
     SimRobot(load_scenario("corridor", ["physics.engine=bullet", "robot.odometry.travel_noise=0.01"])).observe()
 
 
@@ -51,7 +51,9 @@ def listen_to_a_lidar(folder: Path) -> None:
             robot.observe()
 
 
-@pytest.mark.parametrize(("way", "go"), [("scan", run_simulated), ("key", read_a_key), ("byte", listen_to_a_lidar)])
+@pytest.mark.parametrize(
+    ("way", "go"), [("scan", run_simulated), ("key", set_the_travel_noise), ("byte", listen_to_a_lidar)]
+)
 def test_a_run_calls_the_functions_of_the_picture(
     way: str, go: Callable[[Path], None], drawing: ModuleType, tmp_path: Path
 ) -> None:

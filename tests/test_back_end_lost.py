@@ -115,10 +115,10 @@ def test_the_front_end_continues_without_its_process(
 ) -> None:
     """Until the loss the estimates are those of a complete run; after it, every scan has a pose, but no loop closes."""
     slam, estimates = lost
-    told = [bool(estimate.back_end_lost) for estimate in estimates]
-    first = told.index(True)
+    reported = [bool(estimate.back_end_lost) for estimate in estimates]
+    first = reported.index(True)
     assert first >= LATE
-    assert all(told[first:])
+    assert all(reported[first:])
     assert estimates[-1].back_end_lost == KILLED
     closed = [estimate.closure is not None for estimate in estimates]
     assert any(closed[:LATE])
@@ -160,7 +160,7 @@ def test_a_process_that_does_not_start_is_lost(lap_log: Path, monkeypatch: pytes
 
 
 def test_signals_to_the_process_group_end_only_the_loop(lap_log: Path) -> None:
-    """Ctrl-C, ``timeout`` and a closed terminal reach the back end too, and the run is closed all the same."""
+    """Ctrl-C, ``timeout`` and a closed terminal also signal the back end. It ignores them, and closes the run."""
 
     def signal_all() -> None:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
@@ -204,7 +204,7 @@ def test_the_end_of_the_process_is_described(code: int, how: str) -> None:
     assert back_end_process._Ended(code).how == how
 
 
-def test_a_run_without_its_back_end_has_a_causal_folder(lost_run: Path) -> None:
+def test_a_run_without_its_back_end_has_no_files_of_a_closed_map(lost_run: Path) -> None:
     record = RunRecord.open(lost_run)
     assert record.metrics is not None
     assert record.metrics["back_end_lost"].startswith(f"{KILLED}; no loop is closed from scan ")
@@ -258,5 +258,5 @@ def test_a_lost_back_end_is_reported_once(lap_log: Path, lost: tuple[LineSlam, l
         Step(k, Observation(recorded.scan(k), recorded.odometry(k)), estimate, Twist2D(), 0.0)
         for k, estimate in enumerate(estimates)
     ]
-    told = [event for step in steps for event in detector.detect(step) if "closes loops" in event.text]
-    assert [(event.level, event.text) for event in told] == [("WARN", KILLED)]
+    reported = [event for step in steps for event in detector.detect(step) if "closes loops" in event.text]
+    assert [(event.level, event.text) for event in reported] == [("WARN", KILLED)]

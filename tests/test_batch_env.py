@@ -125,7 +125,7 @@ def test_the_map_is_that_of_an_occupancy_grid_at_the_true_pose() -> None:
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_autoreset_modes_equal_those_of_gymnasium(mode: AutoresetMode) -> None:
-    """Shapes, ends and resets beside ``SyncVectorEnv`` of the same robots; arrays are fresh."""
+    """Shapes, ends and resets are those of a ``SyncVectorEnv`` of the same robots, and no returned array is reused."""
     given = {"settings": [PLAN, *QUIET], "max_seconds": 0.5}
     ours = batch(2, autoreset_mode=mode, **given)
     other = gymnasium.make_vec(
@@ -208,7 +208,7 @@ def test_varying_beams_are_read_within_half_a_step() -> None:
 
 
 def test_a_lidar_sees_people_up_to_the_height_of_their_legs() -> None:
-    """The single one and that of the batch."""
+    """Both the lidar of the single robot and that of the batch do."""
     for height, seen in ((0.84, True), (0.86, False)):
         scans = []
         for people in ((), ("people=[{waypoints: [[1.5, 0.0]]}]",)):

@@ -14,7 +14,7 @@ SEEDS = range(3, 5)
 
 
 class Ahead:
-    """Drives ahead; of one robot or many."""
+    """A policy that drives straight ahead, for one robot or for many."""
 
     env_id = "hopslam/RandomOffice-v0"
     arguments = {"settings": "lidar.model=table1", "observe": "scan", "reward": "coverage", "max_seconds": 1.0}  # noqa: RUF012

@@ -54,6 +54,8 @@ def test_the_other_simulator_sees_the_same_walls() -> None:
     for _ in range(3):
         ranges = peer.step(np.zeros(2, np.float32))
         scan = single.step(np.zeros(2))[0]["scan"]
-    assert np.median(abs(ranges - scan)) < 0.25  # the lidar is 16 cm ahead of the axle, and the peer's in its middle
+    assert (
+        np.median(abs(ranges - scan)) < 0.25
+    )  # the lidar is 16 cm ahead of the axle, that of the other simulator above it
     peer.close()
     single.close()

@@ -87,10 +87,10 @@ def test_wheel_noise_is_repeatable() -> None:
 
 
 def test_missing_logs_are_skipped_and_named(tmp_path: Path) -> None:
-    told = StringIO()
-    console = Terminal(file=told)
+    printed = StringIO()
+    console = Terminal(file=printed)
     assert slam_tables(["fr079"], tmp_path, SlamConfig(), console) == []
-    assert "fr079.log.gz; skipped" in told.getvalue()
+    assert "fr079.log.gz; skipped" in printed.getvalue()
 
 
 def test_a_run_in_the_simulator_is_measured_against_the_truth() -> None:
@@ -122,7 +122,7 @@ def test_the_command_of_a_run_repeats_it(tmp_path: Path) -> None:
         again = [format_tum(stamp, Pose2D.from_array(pose)) for stamp, pose in zip(stamps, poses, strict=True)]
         assert lines == again
     saved = json.loads((tmp_path / "run" / "map.json").read_text())
-    assert saved["robot"]["T_map_base"] == pytest.approx(run.poses[-1], abs=0.01)  # once more refined
+    assert saved["robot"]["T_map_base"] == pytest.approx(run.poses[-1], abs=0.01)  # refined after the last scan
 
 
 def test_the_angle_of_walls_to_the_axes_is_measured() -> None:

@@ -35,7 +35,7 @@ fits = st.builds(WheelFit, left=factors, right=factors, track=factors)
 
 
 def square(turn: float, rng: np.random.Generator) -> list[FloatArray]:
-    """The odometry of sides and turns, (K, 3) each, driven unevenly."""
+    """The odometry (K, 3) of each side and each turn of a square, in steps of random length."""
     legs, start = [], np.zeros(3)
     for _ in range(4):
         for displacement, angle in ((2.0, rng.normal(0.0, 0.05)), (rng.normal(0.0, 0.01), turn)):

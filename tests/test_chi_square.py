@@ -123,7 +123,7 @@ def test_a_wall_is_one_segment(config: ChiSquareConfig) -> None:
 
 @pytest.mark.parametrize("lost", [np.inf, -np.inf, np.nan, 0.0, 9.0])
 def test_beams_without_echo_and_errors_are_left_out(lost: float) -> None:
-    """Single ones do not part a wall; ``first`` and ``last`` count the beams that are left."""
+    """Single lost beams do not divide a wall; ``first`` and ``last`` count the beams with an echo."""
     ranges = flat_wall()
     ranges[[250, 300, 301, 411]] = lost
     segments = segments_by_chi_square(scan_of(ranges), KNOWN)

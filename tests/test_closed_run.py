@@ -31,10 +31,10 @@ def copy(lap_run: Path, tmp_path: Path) -> Path:
 
 
 def test_the_closed_trajectory_has_every_scan(lap_run: Path) -> None:
-    stamps, causal = read_tum(lap_run / "trajectory.tum")
+    stamps, estimate = read_tum(lap_run / "trajectory.tum")
     closed_stamps, closed = read_tum(lap_run / "closed.tum")
     np.testing.assert_array_equal(closed_stamps, stamps)
-    assert 0.01 < np.hypot(*(closed - causal)[:, :2].T).max() < 0.5
+    assert 0.01 < np.hypot(*(closed - estimate)[:, :2].T).max() < 0.5
 
 
 def test_key_scans_lie_where_the_graph_has_them(lap_run: Path) -> None:
@@ -94,7 +94,7 @@ def test_without_loops_no_trajectory_is_closed(lap_log: Path, tmp_path: Path) ->
     assert record.saved_map is not None
 
 
-def test_a_killed_run_is_causal(copy: Path) -> None:
+def test_a_killed_run_has_no_closed_trajectory(copy: Path) -> None:
     for name in ("closed.tum", "graph.json", "map.json", "metrics.json"):
         (copy / name).unlink()
     record = RunRecord.open(copy)
@@ -162,7 +162,7 @@ def test_an_interrupted_run_is_closed(lap_log: Path, tmp_path: Path) -> None:
         ("loops.0.number", 5, "loops.0.number: is 5"),
         ("loops.0.submap", 99, "loops.0: joins submaps 99 and"),
         ("loops.0.agreeing", 1000, "loops.0.agreeing: 1000 of"),
-        ("loops.0.believed", False, "loops.0.believed: needs a weight above 0.5"),
+        ("loops.0.believed", False, "loops.0.believed: is true for weights above 0.5 only"),
         ("loops.0.weight", 2.0, "loops.0.weight: "),
         ("loops.0.proposal", "guess", "loops.0.proposal: "),
         ("loops.0.colour", "red", "loops.0.colour: unknown key"),
@@ -236,7 +236,7 @@ def test_both_trajectories_are_scored(lap_run: Path, lap_path: list[Pose2D], tmp
     assert scores["closed: ATE"]["metres"]["rmse"] < scores["ATE"]["metres"]["rmse"]
 
 
-def test_ctrl_c_ends_the_closing_and_the_run_is_causal(
+def test_ctrl_c_ends_the_closing_and_leaves_the_run_unclosed(
     lap_log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def interrupted(slam: object) -> None:

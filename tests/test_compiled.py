@@ -104,7 +104,7 @@ Server = Callable[[Path, str], list[str]]
 def served(cache: str, **environment: str) -> Iterator[Server]:
     """A function that returns the words that a program prints in a new process, with this package to import.
 
-    Without a ``cache`` folder for the server, its processes have none beside the package either.
+    With a ``cache`` folder, compiled code is kept beside the package; with an empty text numba chooses the place.
     """
     environment |= {"PYTHONPATH": str(Path(__file__).parent.parent), "NUMBA_CACHE_DIR": cache}
     command = [sys.executable, "-B", "-c", SERVER]
@@ -260,5 +260,5 @@ def test_a_literal_is_compiled_as_any_number(package: Path, server: Server) -> N
 def test_without_the_compiler_hot_loops_are_python() -> None:
     code = "from slam.compiled import wrapped; print(type(wrapped).__name__, round(wrapped(4.0), 6))"
     env = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    told = subprocess.run([sys.executable, "-c", code], env=env, check=True, capture_output=True, text=True).stdout
-    assert told.split() == ["function", "-2.283185"]
+    printed = subprocess.run([sys.executable, "-c", code], env=env, check=True, capture_output=True, text=True).stdout
+    assert printed.split() == ["function", "-2.283185"]

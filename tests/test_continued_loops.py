@@ -28,7 +28,7 @@ from tests.test_loop_closing import BEARINGS
 
 PATH = around(2.0)
 LAP, BEGIN = len(around(1.0)), len(around(0.75)) - 1
-"""Number of scans around the ring, and of the scan at which the second run begins."""
+"""Number of scans in a lap of the ring, and index of the scan at which the second run begins."""
 END = LAP + len(around(0.25))
 BLIND = range(len(around(0.25)) + 10, len(around(0.25)) + 30)
 """Scans of the first run that see nothing while its wheels turn 8 degrees too far: what comes after lies askew."""
@@ -38,7 +38,7 @@ Alter = Callable[[dict[str, np.ndarray]], None]
 
 @dataclass(frozen=True)
 class Driven:
-    """A part of the way round, driven."""
+    """A run along a part of the ring, with its closed map."""
 
     estimates: list[Estimate]
     closed: ClosedRun
@@ -91,8 +91,8 @@ def driven(
     return finished(slam, estimates, back_end.finish(np.zeros(3)), begin)
 
 
-def gone_on(saved: SavedSlam, place: Pose2D, begin: int, end: int) -> Driven:
-    """Drive in a copy of the map: a run writes into the map that it goes on in."""
+def continued(saved: SavedSlam, place: Pose2D, begin: int, end: int) -> Driven:
+    """Continue a saved map from scan ``begin`` on; the map is copied, as the run changes it."""
     return driven(relocate(AUTO, Pose2D(), deepcopy(saved), place), begin, end, saved.graph)
 
 
@@ -112,7 +112,7 @@ def second() -> Driven:
 
 
 def old_part(driven: Driven, before: Driven) -> tuple[FloatArray, FloatArray]:
-    """Key scans of an earlier run that are still there: their poses before a run that goes on, and after it."""
+    """Return the poses, before and after a continued run, of the key scans of the earlier run that it has kept."""
     past = int(before.closed.indices.max()) + 1
     place = dict(zip((before.closed.indices - past).tolist(), before.closed.poses, strict=True))
     old = driven.closed.indices < 0
@@ -153,7 +153,7 @@ def test_the_pose_jumps_at_a_closure_in_the_other_process() -> None:
 def test_revisiting_a_place_does_not_grow_the_graph() -> None:
     saved, sizes = second().saved, list[int]()
     for _ in range(2):
-        again = gone_on(saved, PATH[0], 0, LAP)
+        again = continued(saved, PATH[0], 0, LAP)
         assert again.error < 0.1
         saved = again.saved
         sizes.append(again.closed.size.keys)
@@ -162,7 +162,7 @@ def test_revisiting_a_place_does_not_grow_the_graph() -> None:
 
 @pytest.mark.parametrize("offset", [Pose2D(2.0), Pose2D(1.4, 1.4, 0.5)])
 def test_a_wrong_start_does_not_bend_the_old_map(offset: Pose2D) -> None:
-    wrong = gone_on(second().saved, PATH[10] @ offset, 10, 90)
+    wrong = continued(second().saved, PATH[10] @ offset, 10, 90)
     before, after = old_part(wrong, second())
     assert np.hypot(*(after - before)[:, :2].T).max() < 0.1
     assert wrong.error < 0.15

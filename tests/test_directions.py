@@ -31,7 +31,7 @@ def learnt(theta: FloatArray, length: float = 5.0, variance: float = 0.0) -> Dir
 
 
 def apart(a: float, b: float) -> float:
-    """Modulo a quarter turn."""
+    """Size of the difference of two angles, modulo a quarter turn."""
     return abs((a - b + QUARTER / 2) % QUARTER - QUARTER / 2)
 
 

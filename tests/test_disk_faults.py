@@ -83,7 +83,7 @@ def small_run(tmp_path_factory: pytest.TempPathFactory, lap_log: Path) -> Path:
 
 
 def every_fault(points: int) -> list[tuple[int, int | None, bool]]:
-    """Number of the call, error, and whether all later calls fail too."""
+    """Return every fault: the number of the call that fails, its error, and whether all later calls fail too."""
     once = [(at, fault, False) for at in range(points) for fault in FAULTS]
     return once + [(at, errno.ENOSPC, True) for at in range(points)]
 
@@ -149,7 +149,10 @@ def test_a_failed_write_of_a_benchmark_table_is_reported(tmp_path: Path, fault: 
 
 
 def require_one_line(code: int, said: list[str], is_survived: bool) -> None:
-    """A fault that is survived, as by a sweep that tries a run again, may be silent; all others are one line."""
+    """Check that a command which failed printed one line, and one that succeeded none.
+
+    It may succeed only if it survives the fault, as a sweep does by trying the run again.
+    """
     if is_survived and not code:
         assert not said, said
         return

@@ -19,7 +19,6 @@ from typer.testing import CliRunner
 
 from slam.cli.main import app
 from slam.env.ids import ENV_IDS
-from slam.run.experiment import Experiment
 from slam.scenario.file import checked_template, load_scenario
 from slam.scenario.json_schema import scenario_schema
 from slam.scenario.shipped import shipped_scenarios
@@ -33,7 +32,7 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 PARSED_ONLY = {
     r"--backend hardware": "needs a robot",
     r"--rerun (spawn|serve|connect)|hopslam view( runs/latest)?$": "opens a window, or serves until Ctrl-C",
-    r"hopslam (doctor|emulate)": "looks for devices, or is one until Ctrl-C; tests/test_hardware_cli.py",
+    r"hopslam (doctor|emulate)": "looks for devices, or emulates them until Ctrl-C; tests/test_hardware_cli.py",
     r"hopslam ros|--backend ros": "needs a robot of ROS 2; make test-ros",
     r"--(foxglove|ros)\b": "serves topics; tests/test_foxglove.py, tests/test_ros_bus.py",
     r"hopslam wire": "needs a recording; tests/test_wire.py",
@@ -50,14 +49,6 @@ SMALLER = {r"--scan \d+": "--scan 5", r"/tmp/": "tmp/"}
 """Replacements in the commands: the small log has few scans, and lies in a folder of the test."""
 NOT_OURS = {"rerun", "ssh", "ray", "export", "ros2", "rviz2"}
 """First words of the commands of other programs."""
-
-
-@pytest.fixture(scope="module", autouse=True)
-def no_pictures() -> Iterator[None]:
-    """Runs draw no pictures, which takes longer than these runs; tests/test_cli.py looks at them."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Experiment, "_draw", lambda *_: None)
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +74,7 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.usefixtures("no_pictures")
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
 def test_every_code_block_of_a_page_runs(
     page: Path, prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -165,7 +157,7 @@ def invoke(words: list[str]) -> None:
 
 
 def parse(words: list[str]) -> None:
-    """The command takes these options, and the scenario, where it is a shipped one, these settings."""
+    """Check that the command takes these options, and that a shipped scenario takes these settings."""
     given = dry_app().main(args=list(words), prog_name="hopslam", standalone_mode=False)
     if isinstance(given, dict) and given.get("scenario") in shipped_scenarios():
         load_scenario(given["scenario"], given.get("settings") or [])

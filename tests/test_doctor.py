@@ -25,7 +25,7 @@ from sim.plant import plan_plant
 from slam.cli.main import main
 from slam.scenario.file import load_scenario
 
-# What a real URG-04LX says, with the sums as C-42-03320B has them: the sum of the bytes, & 0x3f, + 0x30.
+# Answers of a real URG-04LX. A sum follows each line (C-42-03320B): that of its bytes, & 0x3f, + 0x30.
 INFORMATION = {
     "VV": "VEND:Hokuyo\nPROD:URG-04LX\nFIRM:3.1.04\nPROT:SCIP 2.0\nSERI:H1",
     "PP": "MODL:URG-04LX\nDMIN:20\nDMAX:5600\nARES:1024\nAMIN:44\nAMAX:725\nAFRT:384\nSCAN:600",
@@ -33,7 +33,7 @@ INFORMATION = {
 }
 
 
-def sealed(text: str) -> str:
+def with_sum(text: str) -> str:
     return text + chr((sum(text.encode()) & 0x3F) + 0x30)
 
 
@@ -42,8 +42,8 @@ def lidar_answer(command: str, statuses: dict[str, str], state: str) -> str:
     status = statuses.get(letters, "00" if letters in (*INFORMATION, "QT", "BM") else "0E")
     text = INFORMATION.get(letters, "") if status == "00" else ""
     text = text.replace("Sensor works well.", state)
-    lines = "".join(f"{line};{sealed(line)[-1]}\n" for line in text.splitlines())
-    return f"{command}\n{sealed(status)}\n{lines}\n"
+    lines = "".join(f"{line};{with_sum(line)[-1]}\n" for line in text.splitlines())
+    return f"{command}\n{with_sum(status)}\n{lines}\n"
 
 
 @contextmanager

@@ -18,7 +18,8 @@ from slam.scenario.file import load_scenario
 
 BY_NAME = {ending.name: ending for ending in ENDINGS}
 IN_TIME = 0.9
-"""Seconds, less than half of the robot's watchdog; ``hopslam bench hardware endings`` measures how soon it is."""
+"""Seconds for which a robot is watched, and within which it must stop: less than half of its watchdog's.
+``hopslam bench hardware endings`` prints the measured times."""
 
 
 def own(name: str) -> Ending:
@@ -86,17 +87,17 @@ def test_a_closed_terminal_does_not_end_a_nohup_program() -> None:
 
 
 class Notes:
-    """Remembers what a watch said."""
+    """Keeps the calls of a watch: each end with its reason, and each suspension."""
 
     def __init__(self) -> None:
         self.ends: list[tuple[str, RobotError | None]] = []
         self.suspended: list[str] = []
-        self.told = threading.Event()
+        self.ended = threading.Event()
         self.stop = StopCallbacks(self.end, self.suspended.append)
 
     def end(self, reason: str, error: RobotError | None) -> None:
         self.ends.append((reason, error))
-        self.told.set()
+        self.ended.set()
 
 
 def test_signal_handlers_are_restored() -> None:
@@ -107,7 +108,7 @@ def test_signal_handlers_are_restored() -> None:
         notes = Notes()
         with process_watch(notes.stop):
             signal.raise_signal(signal.SIGTERM)
-            assert notes.told.wait(20.0)
+            assert notes.ended.wait(20.0)
             with pytest.raises(SystemExit) as left:
                 signal.raise_signal(signal.SIGHUP)
         assert left.value.code == 128 + signal.SIGHUP
@@ -127,7 +128,7 @@ def test_all_robots_stop_and_the_last_restores_the_signals() -> None:
         assert signal.getsignal(signal.SIGHUP) != before
         with pytest.raises(SystemExit):
             signal.raise_signal(signal.SIGHUP)
-        assert second.told.wait(20.0)
+        assert second.ended.wait(20.0)
     assert first.ends == []
     assert signal.getsignal(signal.SIGHUP) == before
 
@@ -142,19 +143,19 @@ def test_a_robot_closed_in_a_thread_leaves_the_signals() -> None:
     with process_watch(notes.stop):
         with pytest.raises(SystemExit):
             signal.raise_signal(signal.SIGHUP)
-        assert notes.told.wait(20.0)
+        assert notes.ended.wait(20.0)
     assert signal.getsignal(signal.SIGHUP) == before
     assert signal.set_wakeup_fd(-1) == -1
 
 
 def test_a_forked_child_has_its_own_signals() -> None:
     notes = Notes()
-    ready, tell = os.pipe()
+    ready, child_end = os.pipe()
     with process_watch(notes.stop):
         child = os.fork()
         if not child:
             try:
-                os.write(tell, b"!")
+                os.write(child_end, b"!")
                 time.sleep(60.0)
             finally:
                 os._exit(0)
@@ -162,7 +163,7 @@ def test_a_forked_child_has_its_own_signals() -> None:
         os.kill(child, signal.SIGTERM)
         os.waitpid(child, 0)
     os.close(ready)
-    os.close(tell)
+    os.close(child_end)
     assert notes.ends == []
 
 
@@ -194,7 +195,7 @@ def test_a_later_event_loop_does_not_keep_the_signals() -> None:
             signal.set_wakeup_fd(writer)
             keep()
             signal.raise_signal(signal.SIGINT)
-            assert notes.told.wait(20.0)
+            assert notes.ended.wait(20.0)
             assert os.read(reader, 1) == bytes([signal.SIGINT])
     finally:
         signal.set_wakeup_fd(-1)

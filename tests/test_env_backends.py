@@ -38,7 +38,7 @@ EXAMPLES = Path(__file__).parents[1] / "docs/examples"
 ALL_VIEWS = ("scan", "odometry", "slam_pose", "map", "goal")
 FORWARD = np.array([0.4, 0.0], np.float32)
 PATIENCE = 20.0
-"""Seconds until a condition that will come true has to: generous, for a busy machine."""
+"""Seconds after which a test fails if its condition is still false: many, for a busy machine."""
 
 
 @pytest.fixture(autouse=True)
@@ -295,7 +295,7 @@ def saved_ppo(folder: Path) -> str:
 
 
 class Room:
-    """A robot of one's own that stands in a square room, tells no truth, and says that its wheels are held."""
+    """A user's own robot: it stands in a square room, does not know its true pose, and stalls at the third scan."""
 
     def __init__(self, scenario: Scenario, seed: int | None = None) -> None:
         self.T_base_laser, self.turns, self.left = Pose2D(), 0, 0
@@ -353,16 +353,16 @@ def test_a_robot_without_more_scans_truncates(rooms: ExitStack) -> None:
     assert ends == [False, False, False, True]
 
 
-@pytest.mark.parametrize(("name", "anew"), [("Room", True), ("RestartableRoom", False)])
-def test_only_a_resettable_robot_is_reused(rooms: ExitStack, name: str, anew: bool) -> None:
+@pytest.mark.parametrize(("name", "is_new"), [("Room", True), ("RestartableRoom", False)])
+def test_only_a_resettable_robot_is_reused(rooms: ExitStack, name: str, is_new: bool) -> None:
     env = rooms.enter_context(gymnasium.make(ID, backend=f"rooms_of_a_user:{name}", end_on="goal"))
     env.reset(seed=0)
     first = env.unwrapped.robot
     room = first._robot
     env.step(FORWARD)
     env.reset(seed=1)
-    assert (env.unwrapped.robot is not first) == anew
-    assert room.left == anew
+    assert (env.unwrapped.robot is not first) == is_new
+    assert room.left == is_new
     env.close()
 
 

@@ -63,7 +63,7 @@ def test_a_video_is_recorded(tmp_path: Path) -> None:
     env = RecordVideo(
         gymnasium.make(ID, render_mode="rgb_array", **SHORT), str(tmp_path / "video"), lambda episode: True
     )
-    assert env.frames_per_sec == 10  # as fast as it was
+    assert env.frames_per_sec == 10  # the video plays in simulated time
     env.reset(seed=0)
     while not any(env.step(np.full(2, 0.5, np.float32))[2:4]):
         pass

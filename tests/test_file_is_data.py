@@ -108,8 +108,8 @@ def write(path: Path, data: dict[str, Any]) -> Path:
 def is_refused(done: tuple[int, str], *places: str) -> bool:
     """One line, with the place, and with how to allow it."""
     code, line = done
-    told = all(place in line for place in (*places, "gadget:find", "--allow-module gadget"))
-    return code == 2 and "\n" not in line.strip() and told
+    is_complete = all(place in line for place in (*places, "gadget:find", "--allow-module gadget"))
+    return code == 2 and "\n" not in line.strip() and is_complete
 
 
 @pytest.mark.parametrize("kind", SCENARIOS)

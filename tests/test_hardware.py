@@ -280,7 +280,7 @@ def test_sensor_times_increase_despite_link_delays(delays: list[float], start: f
 
 def test_delayed_scans_do_not_set_the_clock() -> None:
     clock = SensorClock(16777.216, 0.07)
-    arrivals = [0.42, 0.42, 0.42, 0.42, 0.47, 0.57]  # 0.35 s late at first, then 0.07 s as ever
+    arrivals = [0.42, 0.42, 0.42, 0.42, 0.47, 0.57]  # 0.35 s late at first, then 0.07 s, the usual delay
     stamps = [clock.host_time(0.1 * k, at) for k, at in enumerate(arrivals[:4])]
     assert stamps == sorted(set(stamps))
     assert not clock.settled
@@ -311,7 +311,7 @@ def test_an_impossible_step_is_left_out() -> None:
     assert taken == [True, True, False, True, True]
     assert track.last is not None
     assert track.last[1].x == pytest.approx(0.12)
-    for k in range(5, 15):  # the robot began anew elsewhere
+    for k in range(5, 15):  # the robot starts again at another place
         odometry.add(0.1 * k, Sip(x=20.0, left=0.0, right=0.0))
     assert track.last[1].x == pytest.approx(0.12)
     assert track.last[0] == pytest.approx(1.4)

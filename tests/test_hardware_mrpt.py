@@ -52,9 +52,9 @@ def test_mrpt_reads_ten_full_scans_a_second(tmp_path: Path) -> None:
             time.sleep(12.0)
             grabber.communicate(b"\n")  # any key ends it
     (rawlog,) = tmp_path.glob("*.rawlog")
-    told = subprocess.run(["rawlog-edit", "--info", "-i", rawlog], capture_output=True, text=True, check=False)
-    found = re.search(r"HOKUYO */ *(\d+) */ *([\d.]+)", told.stdout + told.stderr)
-    assert found is not None, told.stdout + told.stderr
+    printed = subprocess.run(["rawlog-edit", "--info", "-i", rawlog], capture_output=True, text=True, check=False)
+    found = re.search(r"HOKUYO */ *(\d+) */ *([\d.]+)", printed.stdout + printed.stderr)
+    assert found is not None, printed.stdout + printed.stderr
     count, rate = int(found[1]), float(found[2])
     assert count > 50
     assert rate == pytest.approx(10.0, abs=0.2)

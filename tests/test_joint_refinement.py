@@ -11,12 +11,12 @@ from slam.graph.main_edges import MainEdges, find_main_edges, no_main_edges
 from slam.graph.pose_graph import NO_LOOP, Edges
 from slam.graph.refined_walls import RefinedWalls, wall_covariances
 from slam.graph.wall_equations import MIN_SCATTER, fit_lines, wall_equations
-from slam.graph.wall_landmarks import CELL, TABLE, FoundWalls, Sights, find_walls
+from slam.graph.wall_landmarks import CELL, TABLE, FoundWalls, PlacedFacets, find_walls
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
 
-SIGMA = 0.004  # metres, of a facet along its normal
-ODOMETRY = np.array([0.01, 0.01, 0.006])  # of a motion, metres and radians
+SIGMA = 0.004  # standard deviation of a facet along its normal, metres
+ODOMETRY = np.array([0.01, 0.01, 0.006])  # standard deviations of a motion, metres and radians
 EXACT = RefinementSettings(floor=0.0, correlation=1.0)  # the facets of this file are flat and independent
 SOLVED = EXACT._replace(tolerance=1e-8, max_iterations=1000)  # until convergence, so that rounding does not matter
 
@@ -37,7 +37,7 @@ class Run(NamedTuple):
 
 
 def corridor_walls() -> FloatArray:
-    """A ring of corridors, 2 m wide, with a cross wall at every corner room; (M, 2, 2)."""
+    """Walls (M, 2, 2) of a ring of corridors, 2 m wide, and of a room inside the ring."""
     corners = [
         [(-1.0, -1.0), (11.0, -1.0), (11.0, 7.0), (-1.0, 7.0)],
         [(1.0, 1.0), (9.0, 1.0), (9.0, 5.0), (1.0, 5.0)],
@@ -49,7 +49,7 @@ def corridor_walls() -> FloatArray:
 def facets_seen(
     pose: FloatArray, walls: FloatArray, noise: np.random.Generator | None, reach: float = 5.0
 ) -> FloatArray:
-    """Facets (F, 7) of all walls within reach, as if none hid another."""
+    """Facets (F, 7) of all walls within reach, also of those behind others."""
     rows = []
     c, s = np.cos(pose[2]), np.sin(pose[2])
     for start, end in walls:
@@ -107,7 +107,7 @@ def differences(poses: FloatArray, others: FloatArray) -> FloatArray:
 
 
 def offsets_from_walls(walls: RefinedWalls, truth: FloatArray) -> FloatArray:
-    """Offset along the normal and direction (M, 2) of each wall less those of the true line that fits best."""
+    """Return how far each wall is shifted and turned from the nearest true line, (M, 2)."""
     rows = []
     for start, end in walls.ends:
         along, middle = (end - start) / np.hypot(*(end - start)), 0.5 * (start + end)
@@ -182,7 +182,7 @@ def test_wall_errors_at_known_poses_fit_their_sigmas() -> None:
 
 
 def test_walls_have_the_errors_of_the_poses_that_see_them() -> None:
-    """The map is as uncertain as the pose by which it is fixed."""
+    """The covariance of a wall includes that of the poses from which it was seen."""
     run = drive(3)
     poses, walls = refined(run)
     covariances = np.tile(np.diag([0.1, 0.1, 0.0]) ** 2, (len(poses), 1, 1))
@@ -197,33 +197,33 @@ def test_a_step_divides_a_wall_into_two_landmarks() -> None:
     step = np.array([[[-3.0, 2.0], [0.0, 2.0]], [[0.0, 2.05], [3.0, 2.05]]])
     straight = np.array([[[-3.0, 2.0], [3.0, 2.0]]])
     for walls, count in ((straight, 1), (step, 2)):
-        sights = sights_of(
+        placed = placed_facets(
             [facets_seen(np.array([x, 0.0, 0.0]), walls, None) for x in (-1.0, 0.0, 1.0)], [-1.0, 0.0, 1.0]
         )
-        assert len(find_walls(sights, 0.01, 0.06).lines) == count
+        assert len(find_walls(placed, 0.01, 0.06).lines) == count
 
 
 def test_the_two_sides_of_a_thin_wall_are_two_landmarks() -> None:
     wall = np.array([[[-2.0, 0.0], [2.0, 0.0]]])
     places = [(0.0, -1.0), (0.5, -1.0), (0.0, 1.0), (0.5, 1.0)]
     facets = [facets_seen(np.array([x, y, 0.0]), wall, None) for x, y in places]
-    sights = sights_of(facets, [x for x, _ in places], [y for _, y in places])
-    found = find_walls(sights, 0.01, 0.06)
+    placed = placed_facets(facets, [x for x, _ in places], [y for _, y in places])
+    found = find_walls(placed, 0.01, 0.06)
     assert sorted(found.lines[:, 1].round(6)) == [-1.0, 1.0]
 
 
 def test_distant_walls_are_two_landmarks() -> None:
-    """The table in which neighbours are looked up is repeated over the plane; walls are not."""
+    """Both have the same cells in the table of neighbours, which is periodic; still they are not merged."""
     far = TABLE * CELL
     walls = np.array([[[x - 2.0, 1.0], [x + 2.0, 1.0]] for x in (0.0, far)])
     x = [0.0, 0.5, far, far + 0.5]
-    sights = sights_of([facets_seen(np.array([one, 0.0, 0.0]), walls, None) for one in x], x)
-    assert len(find_walls(sights, 0.01, 0.06).lines) == 2
+    placed = placed_facets([facets_seen(np.array([one, 0.0, 0.0]), walls, None) for one in x], x)
+    assert len(find_walls(placed, 0.01, 0.06).lines) == 2
 
 
 def test_a_wall_seen_by_one_scan_is_not_a_landmark() -> None:
     wall = np.array([[[-2.0, 1.0], [2.0, 1.0]]])
-    assert len(find_walls(sights_of([facets_seen(np.zeros(3), wall, None)], [0.0]), 0.01, 0.06).lines) == 0
+    assert len(find_walls(placed_facets([facets_seen(np.zeros(3), wall, None)], [0.0]), 0.01, 0.06).lines) == 0
 
 
 def test_the_graph_alone_stays_where_it_is_without_facets() -> None:
@@ -248,7 +248,7 @@ def test_a_single_pose_does_not_move() -> None:
 
 
 def test_main_directions_align_a_rotated_wing() -> None:
-    """Two rows of rooms seen apart from one another, joined by a motion whose turn is off by a degree."""
+    """Two rooms have no wall in common; the turn of the motion from one to the other is wrong by a degree."""
     rooms = [[(0.0, -2.0), (6.0, -2.0)], [(6.0, 2.0), (0.0, 2.0)], [(0.0, 2.0), (0.0, -2.0)], [(6.0, -2.0), (6.0, 2.0)]]
     walls = np.array([[(x + dx, y) for x, y in wall] for dx in (0.0, 20.0) for wall in rooms])
     truth = np.array([(x + dx, 0.0, 0.0) for dx in (0.0, 20.0) for x in np.linspace(1.0, 5.0, 9)])
@@ -269,35 +269,35 @@ def test_main_directions_align_a_rotated_wing() -> None:
 def test_the_walls_are_eliminated_as_in_a_dense_system() -> None:
     run = drive(6, step=2.0)
     run = run._replace(start=run.truth + 0.003)
-    sights = sights_at(run.start, run.facets)
-    walls = find_walls(sights, 0.02, 0.1)
-    walls = walls._replace(lines=fit_lines(sights, walls, 0.05))
+    placed = facets_at(run.start, run.facets)
+    walls = find_walls(placed, 0.02, 0.1)
+    walls = walls._replace(lines=fit_lines(placed, walls, 0.05))
     theta = np.arctan2(walls.lines[:, 1], walls.lines[:, 0])
     for main in (no_main_edges(len(theta)), find_main_edges(theta, np.full(len(theta), 6.0), walls.lines[:, 2:])):
-        S, gradient = dense_system(sights, walls, main, 0.05, len(run.truth))
-        equations = wall_equations(sights, run.nodes, walls, main, 0.05, len(run.truth))
+        S, gradient = dense_system(placed, walls, main, 0.05, len(run.truth))
+        equations = wall_equations(placed, run.nodes, walls, main, 0.05, len(run.truth))
         applied = [equations.apply(row.reshape(-1, 3)).ravel() for row in np.eye(len(S))]
         assert np.array(applied) == pytest.approx(S, rel=1e-6, abs=1e-4 * np.abs(S).max() * 1e-4)
         assert equations.gradient.ravel() == pytest.approx(gradient, rel=1e-6, abs=1e-8 * np.abs(gradient).max())
 
 
-def sights_of(facets: list[FloatArray], x: list[float], y: list[float] | None = None) -> Sights:
-    """Sights of scans with heading 0 at these places."""
-    return sights_at(np.column_stack([x, y or np.zeros(len(x)), np.zeros(len(x))]), facets)
+def placed_facets(facets: list[FloatArray], x: list[float], y: list[float] | None = None) -> PlacedFacets:
+    """The facets of scans with heading 0 at these places."""
+    return facets_at(np.column_stack([x, y or np.zeros(len(x)), np.zeros(len(x))]), facets)
 
 
-def sights_at(poses: FloatArray, facets: list[FloatArray]) -> Sights:
+def facets_at(poses: FloatArray, facets: list[FloatArray]) -> PlacedFacets:
     scans = np.repeat(np.arange(len(facets)), [len(one) for one in facets])
     rows = np.concatenate(facets)
     at, turn = poses[scans], poses[scans] * [0.0, 0.0, 1.0]
     levers, normals = (
         compose_poses(turn, np.column_stack([rows[:, k : k + 2], np.zeros(len(rows))]))[:, :2] for k in (0, 2)
     )
-    return Sights(at[:, :2] + levers, normals, levers, rows[:, 4].copy(), scans)
+    return PlacedFacets(at[:, :2] + levers, normals, levers, rows[:, 4].copy(), scans)
 
 
 def dense_system(
-    sights: Sights, walls: FoundWalls, main: MainEdges, kernel: float, count: int
+    placed: PlacedFacets, walls: FoundWalls, main: MainEdges, kernel: float, count: int
 ) -> tuple[FloatArray, FloatArray]:
     """S and the gradient for the poses, from a plain matrix of poses, walls and main directions."""
     M, K = len(walls.lines), main.direction.max(initial=-1) + 1
@@ -310,12 +310,12 @@ def dense_system(
 
     for m, (nx, ny, cx, cy) in enumerate(walls.lines):
         total = 0.0
-        for f in walls.sights[walls.begins[m] : walls.begins[m + 1]]:
-            (dx, dy), (lx, ly) = sights.points[f] - (cx, cy), sights.levers[f]
-            r, v = nx * dx + ny * dy, sights.variances[f]
+        for f in walls.facets[walls.begins[m] : walls.begins[m + 1]]:
+            (dx, dy), (lx, ly) = placed.points[f] - (cx, cy), placed.levers[f]
+            r, v = nx * dx + ny * dy, placed.variances[f]
             w = 1.0 / (v * (1.0 + r * r / (kernel**2 + v)) ** 2)
             J = np.zeros(size)
-            J[3 * sights.scans[f] : 3 * sights.scans[f] + 3] = nx, ny, lx * ny - ly * nx
+            J[3 * placed.scans[f] : 3 * placed.scans[f] + 3] = nx, ny, lx * ny - ly * nx
             J[3 * count + 2 * m : 3 * count + 2 * m + 2] = -1.0, nx * dy - ny * dx
             add(J, w, r)
             total += w

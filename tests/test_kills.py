@@ -34,7 +34,7 @@ KILLED = {
     "animate": "animate {here}/run --seconds 1 --width 200",
 }
 GROWING = ("run", "replay", "localize")
-"""Commands that write a log scan by scan; a run of localize closes no loops, so that optimize refuses it."""
+"""Commands that write a log scan by scan."""
 AFTERWARDS = {
     "report": "report {here}/run --out {here}/after.html",
     "export": "export {here}/run --to csv --out {here}/after.csv --force",
@@ -120,7 +120,9 @@ def test_commands_read_the_files_of_a_killed_command(
     for moment in range(moments):
         folder = tmp_path / f"{moment}"
         log = folder / "run" / "log.mcap"
-        begun = log if name in GROWING and moment % 5 != 4 else None  # each fifth: at any moment from its start
+        begun = (
+            log if name in GROWING and moment % 5 != 4 else None
+        )  # every fifth run is killed even before its log begins
         seen = end(start(prepared(name, folder, small)), chance.uniform(0.0, whole), begun)
         if seen:
             lost.append(seen[-1] - max([seen[0] - 0.1, *logged_stamps(log)]))
@@ -162,7 +164,7 @@ def test_a_sweep_completes_whichever_process_is_killed(
             if workers:
                 os.kill(chance.choice(workers), signal.SIGKILL)
             assert result_of(started) == 0
-            table[f"{'a worker' if workers else 'nobody'} was there"] += 1
+            table["a worker was killed" if workers else "no worker was running"] += 1
         code, said = call(SWEEP.format(here=here), monkeypatch, capsys)
         assert (code, said) == (0, [])
         rows = list(ResultStore(Folder(str(here / "sweep"))).rows())

@@ -62,15 +62,15 @@ def test_the_learned_noise_is_the_true_noise(beams: int, near: float, far: float
 
 @pytest.mark.parametrize("step", [0.01, 0.05])
 def test_steps_of_the_range_count_as_noise_of_their_size(step: float) -> None:
-    """They agree within a factor of two. Walls straight ahead, where all readings are equal, do not make it zero."""
+    """The noise is at least that of the steps and less than twice as large, although some walls give equal readings."""
     found = white(learnt(RangeNoise(0.001, 1.0, 0.001, 0.0), 360, 60, lambda r: np.round(r / step) * step))
     assert step / np.sqrt(12.0) <= found.near < 2.0 * step / np.sqrt(12.0)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6])
 def test_clutter_is_not_noise(share: float) -> None:
-    """Some beams end early, at any range on their way to the wall: most of the far readings, and nearly all near
-    ones."""
+    """Some beams end anywhere on their way to the wall. With the larger share, most far readings are such clutter, and
+    nearly all near ones."""
     random = np.random.default_rng(3)
 
     def cluttered(ranges: FloatArray) -> FloatArray:
@@ -102,7 +102,7 @@ def test_turning_and_mirroring_the_sensor_change_nothing(family: str, seed: int,
 
 
 def test_a_world_twice_as_large_has_twice_the_noise() -> None:
-    """No sensor is named here. Doubling the world shifts all bands and bins by an octave."""
+    """The learner starts without counts. Doubling the world shifts all its bands and bins by an octave."""
     found, r = [], np.array([1.5, 3.0])
     for scale in (1.0, 2.0):
         learner = LearntNoise(np.zeros_like(LearntNoise.start().counts))
@@ -116,7 +116,7 @@ def test_a_world_twice_as_large_has_twice_the_noise() -> None:
 
 
 def test_a_wrong_sensor_model_is_corrected_within_seconds() -> None:
-    """Three times the noise of the name, and a third of it: right after five scans."""
+    """The true noise is three times that of the named sensor, or a third of it; it is learnt from five scans."""
     for sigmas in (1.0, 9.0):
         learner = LearntNoise.start(ChiSquareConfig(sensor="urg04lx"))
         assert learner.noise.far == pytest.approx(0.025 / 3.0, rel=0.2)

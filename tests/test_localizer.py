@@ -30,7 +30,7 @@ Look = Callable[[Pose2D, int], LaserScan]
 
 @pytest.fixture(scope="module")
 def look(scan_of: Callable[..., LaserScan], room: FloatArray) -> Look:
-    """The scan of that number in the room, from a pose of the base."""
+    """A function that takes a scan in the room, for a pose of the base and the number of the scan."""
     return lambda pose, k: scan_of(room, pose @ MOUNT, k)
 
 
@@ -184,8 +184,9 @@ def test_the_commands_localize_in_a_saved_map(small_log: Path, tmp_path: Path) -
     assert (tmp_path / "b2" / "map.json").is_file()
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_localize_has_the_options_of_replay(small_log: Path, tmp_path: Path) -> None:
-    """A run folder with its own settings, and the bag in it by its topics; each refuses options of the other kind."""
+    """It takes a run folder with its settings, or a bag with topics; scenario and log refuse the other's options."""
     run, folder = CliRunner(), tmp_path / "run"
     where = ["--map", str(folder / "map.json"), "--out"]
     made = run.invoke(app, ["replay", str(small_log), "--set", "slam.deskew=false", "--out", str(folder)])

@@ -131,7 +131,7 @@ def points(log: Log, index: int) -> FloatArray:
 
 
 def assert_is_tidy(log: Log, stamps: bool = True, within: float = 2e-3) -> None:
-    """The log has all scans and poses of its tidy twin."""
+    """The log has all scans and poses of the tidy log."""
     assert len(log) == SCANS
     np.testing.assert_allclose(log.T_odom_base, TIDY.T_odom_base, atol=within)
     if stamps:
@@ -178,7 +178,7 @@ def test_padding_of_scans_is_read_as_no_echo(padding: float) -> None:
 
 
 @pytest.mark.parametrize("between", [0.0, 0.0008, -0.0008])
-def test_a_clockwise_lidar_reads_as_its_mirror_order(between: float) -> None:
+def test_a_clockwise_scan_is_read_in_reverse_order(between: float) -> None:
     clockwise = Lidar(first=pi - STEP, step=-STEP, time_increment=between)
     twin = Lidar(time_increment=-between)
     log = read([mount()], scans(clockwise), odometry())
@@ -305,7 +305,7 @@ def test_scans_of_another_epoch_match_their_odometry() -> None:
     log = read([mount()], at(scans(), lambda _, time: 100.0 + time), odometry())
     assert_is_tidy(log, stamps=False, within=0.01)
     assert log.stamps[0] == pytest.approx(100.0)
-    assert "40 of 40 stamps of its odometry are not of the clock of its scans" in log.report
+    assert "40 of 40 stamps of its odometry are of another clock than its scans" in log.report
 
 
 def test_a_whole_log_of_another_epoch_stays_as_it_is() -> None:
@@ -509,7 +509,7 @@ def write_mcap(path: Path, messages: Sequence[RawMessage]) -> None:
 
 @pytest.fixture(scope="module")
 def varying(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """MCAP file of a lidar whose beams vary, clockwise, in the first half of a drive."""
+    """MCAP file of a lidar that turns clockwise, and whose scans differ in their number of beams."""
     path = tmp_path_factory.mktemp("varying") / "rplidar.mcap"
     lidars = [Lidar(pi - 2.0 * pi / n, -2.0 * pi / n, n) for n in (100, 111, 119, 108)]
     messages = [mount(), *scans(lambda index: lidars[index % 4]), *odometry()]
@@ -539,6 +539,7 @@ def test_a_run_of_varying_beams_replays_bit_for_bit(varying_run: Path, tmp_path:
     assert (folder / "trajectory.tum").read_bytes() == (varying_run / "trajectory.tum").read_bytes()
 
 
+@pytest.mark.usefixtures("no_pictures")
 @pytest.mark.parametrize("command", ["replay", "lines", "localize"])
 def test_a_command_fails_on_a_log_that_is_mostly_lost(
     tmp_path: Path, command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -82,9 +82,9 @@ def test_a_window_is_three_sigmas_up_to_its_maximum() -> None:
     wide = _window(HERE, np.diag([20.0, 9.0, 0.4]) ** 2, 50)
     assert (wide.half_width, wide.half_headings) == (round(MAX_WINDOW / PIXEL), round(MAX_ANGLE / HEADING_STEP))
     turned = _window(HERE, np.diag([0.5, 0.5, 0.6]) ** 2, 50)
-    assert turned.headings == 90  # three sigmas, more than MAX_ANGLE
+    assert turned.half_headings == 90  # three sigmas, more than MAX_ANGLE
     around = _window(HERE, np.diag([0.5, 0.5, 2.0]) ** 2, 50)
-    assert around.headings * HEADING_STEP == pytest.approx(np.pi, abs=HEADING_STEP)
+    assert around.half_headings * HEADING_STEP == pytest.approx(np.pi, abs=HEADING_STEP)
     np.testing.assert_allclose(small.information, np.diag(np.array([0.19, 0.1, 0.05]) ** -2.0) / 50.0)
 
 

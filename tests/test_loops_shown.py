@@ -62,7 +62,9 @@ def test_a_finished_run_reports_the_same_loops(live: Path, tmp_path: Path) -> No
     copy = shutil.copytree(live, tmp_path / "run", ignore=shutil.ignore_patterns("run.rrd"))
     finished = recording_of(copy, lambda scans, _: scans)
     live_texts, texts = (
-        re.findall(r"\[((?:loop|all loops) closed.{50})", printed(recording, "/events", "-vvv"))  # it is cut at 100
+        re.findall(
+            r"\[((?:loop|all loops) closed.{50})", printed(recording, "/events", "-vvv")
+        )  # rerun prints 100 characters
         for recording in (live / "run.rrd", finished)
     )
     assert texts == live_texts

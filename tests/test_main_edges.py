@@ -41,11 +41,11 @@ def test_parts_with_their_own_directions_are_not_aligned() -> None:
 
 def test_walls_of_one_part_are_one_observation() -> None:
     """The parts of the building are a little askew; the number of walls of each changes nothing."""
-    told = []
+    information = []
     for each in (20, 200):
         theta, places = walls_of_parts(askew=0.3, apart=0.5, each=each, parts=30)
-        told.append(find_main_edges(theta, np.full(len(theta), 3.0), places).information.sum())
-    assert 0.0 < told[1] < 2.0 * told[0]
+        information.append(find_main_edges(theta, np.full(len(theta), 3.0), places).information.sum())
+    assert 0.0 < information[1] < 2.0 * information[0]
 
 
 def test_a_single_part_counts_as_one_wall() -> None:

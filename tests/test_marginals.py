@@ -11,7 +11,7 @@ from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
 
 
 def truth_of(count: int, seed: int) -> FloatArray:
-    """A walk of steps of about a metre."""
+    """A walk of steps of a metre in random directions."""
     random, poses = np.random.default_rng(seed), [np.zeros(3)]
     for _ in range(count - 1):
         motion = np.array([1.0, 0.0, random.normal(0.0, 0.4)])
@@ -20,7 +20,7 @@ def truth_of(count: int, seed: int) -> FloatArray:
 
 
 def edges_of(truth: FloatArray, loops: int, seed: int, noisy: bool) -> Edges:
-    """Edges of a chain and ``loops`` loops; their information is that of their errors."""
+    """Edges of a chain and ``loops`` loops; noise is drawn with the covariances whose inverses are the information."""
     random = np.random.default_rng(seed)
     count = len(truth)
     pairs = [(k, k + 1) for k in range(count - 1)] + [
@@ -80,7 +80,7 @@ def test_the_order_of_the_nodes_makes_no_difference() -> None:
 
 
 def test_pose_errors_fit_their_covariances() -> None:
-    """Normalized errors squared of solved graphs are chi-square of three degrees of freedom."""
+    """Squared normalized errors have the mean of a chi-square distribution with three degrees of freedom."""
     squares = []
     for seed in range(50):
         truth = truth_of(30, seed)

@@ -26,7 +26,7 @@ def depth_in(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
 def test_a_scan_frees_the_cells_whose_middle_its_beams_span(
     x: float, y: float, first: float, lengths: list[float], whole_turn: bool, echo: bool
 ) -> None:
-    """A middle within 1e-9 of a triangle's side may count or not."""
+    """A middle within 1e-9 of a triangle's side may be marked or not."""
     cells, beams = np.zeros((SIZE, SIZE), np.uint8), len(lengths)
     whole_turn &= beams > 2
     bearings = first + np.arange(beams) * (2.0 * np.pi / beams if whole_turn else 3.0 / beams)

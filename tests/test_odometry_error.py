@@ -1,4 +1,4 @@
-"""Errors of the wheels as the back end learns them: drives whose wheels err by known amounts."""
+"""The errors of the wheels that the back end learns, on drives where the true errors are known."""
 
 import numpy as np
 import pytest
@@ -54,11 +54,11 @@ def test_wheel_errors_never_become_zero() -> None:
 
 def test_too_few_sure_motions_change_nothing() -> None:
     wheels = wheels_of(200, (0.03, 0.02, 0.01))
-    along_open = np.diag([1.0, 1e6, 1e6])
-    for keys in (keys_of(wheels[:MIN_STEPS]), keys_of(wheels, along_open), keys_of(wheels, broken=True)):
+    unsure_ahead = np.diag([1.0, 1e6, 1e6])
+    for keys in (keys_of(wheels[:MIN_STEPS]), keys_of(wheels, unsure_ahead), keys_of(wheels, broken=True)):
         np.testing.assert_array_equal(learnt(keys), GUESS)
     assert (learnt(keys_of(wheels[: MIN_STEPS + 1])) != GUESS).all()
-    assert not any(is_sure(key) for key in keys_of(wheels, along_open))
+    assert not any(is_sure(key) for key in keys_of(wheels, unsure_ahead))
 
 
 def test_standing_still_changes_nothing() -> None:
@@ -67,7 +67,7 @@ def test_standing_still_changes_nothing() -> None:
 
 
 def test_errors_are_along_and_across_the_motion() -> None:
-    """The wheels go a metre to the left, and one farther than the scans; then ahead, and too little to the left."""
+    """First the wheels move 1 m to the left, while the scans move 0.5 m ahead; then both move alike."""
     keys = keys_of(np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 0.2], [0.5, 0.0, 0.2]]))
     errors = motion_errors(keys, np.array([False, True, True]))
     np.testing.assert_allclose(errors[0], 0.0)

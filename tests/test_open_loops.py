@@ -19,8 +19,8 @@ ALONG_OPEN = np.diag([0.0, 1e4, 1e5])
 
 
 def graph_with(off: float) -> tuple[SubmapGraph, Loop]:
-    """Two submaps of a key scan, 5 m apart along x; a loop has the second ``off`` metres farther along x, and 2 cm to
-    the left."""
+    """Two submaps of one key scan each, 5 m apart along x, and a loop between them. The loop measures the second submap
+    ``off`` metres farther along x, and 2 cm to the left."""
     graph = SubmapGraph()
     for number, x in enumerate((0.0, 5.0)):
         pose = np.array([x, 1.0, 0.4])

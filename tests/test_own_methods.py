@@ -191,9 +191,9 @@ def test_errors_of_own_code_are_one_line_with_its_name(
     setting: str, says: str, scan_of: Scanner, room: FloatArray
 ) -> None:
     config = load_scenario("corridor", [f"slam.{setting}"]).slam
-    with pytest.raises(InputError, match=re.escape(says)) as told:
+    with pytest.raises(InputError, match=re.escape(says)) as raised:
         LineSlam(config, Pose2D()).update(scan_of(room, Pose2D(), 1), Odometry(0.0, Pose2D()))
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(raised.value)
 
 
 SPOILT = "returned Segments whose "
@@ -232,10 +232,10 @@ def test_unusable_numbers_of_own_code_are_named(
 ) -> None:
     part = "matching" if method == "Nowhere" else "lines"
     config = load_scenario("corridor", [f"slam.{part}={{method: 'faulty:{method}', options: {options}}}"]).slam
-    with pytest.raises(InputError, match=re.escape(says)) as told:
+    with pytest.raises(InputError, match=re.escape(says)) as raised:
         LineSlam(config, Pose2D()).update(scan_of(room, Pose2D(), 1), Odometry(0.0, Pose2D()))
-    assert str(told.value).startswith(f"faulty:{method}")
-    assert "\n" not in str(told.value)
+    assert str(raised.value).startswith(f"faulty:{method}")
+    assert "\n" not in str(raised.value)
 
 
 @pytest.mark.usefixtures("faulty")

@@ -43,7 +43,7 @@ class Rig:
         self.turned = 0.0
 
     def go(self, v: float, w: float, seconds: float) -> None:
-        """Drive as commanded, the command repeated at every step."""
+        """Give this command at every step."""
         for _ in range(round(seconds * RATE)):
             self.controller.command(Twist2D(v, w))
             self.step()
@@ -52,7 +52,7 @@ class Rig:
         theta = self.base.pose.theta
         self.base.control()
         self.world.step()
-        self.base.look()
+        self.base.read_wheels()
         self.turned += wrap_angle(self.base.pose.theta - theta)
 
 
@@ -64,7 +64,7 @@ def controller_of(**errors: object) -> Controller:
 def roll(controller: Controller, left: int, right: int) -> None:
     """Turn the wheels to these counts of ticks since the start, and read the encoders."""
     angles = np.array([left, right]) * 2.0 * pi / TICKS_PER_TURN
-    controller.look((angles[0], 0.0, (), 0.0), (angles[1], 0.0, (), 0.0))
+    controller.read_wheels((angles[0], 0.0, (), 0.0), (angles[1], 0.0, (), 0.0))
 
 
 def test_the_robot_starts_at_its_given_pose() -> None:
@@ -136,7 +136,7 @@ def square(rig: Rig, sense: float, side: float) -> tuple[Pose2D, Pose2D]:
     """Drive a square by the odometry; return the true end and the end by the odometry."""
     a, wa = FAST.acceleration, FAST.angular_acceleration
     for _ in range(4):
-        rig.go(1.0, 0.0, side)  # the ramps up and down take the same time, and so add up to the whole
+        rig.go(1.0, 0.0, side)  # the way lost while it speeds up is driven while it slows down
         rig.go(0.0, 0.0, 1.0 / a + 0.1)
         rig.go(0.0, 1.0 * sense, pi / 2)
         rig.go(0.0, 0.0, 1.0 / wa + 0.1)
@@ -147,7 +147,7 @@ def borenstein_feng(side: float, sense: float, alpha: float, beta: float) -> tup
     """End point of a square that begins and should end at 0 (UMBmark), to the first order.
 
     Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile robots", 1996: ``alpha``
-    radians too much turned at each corner (either sense), ``beta`` radians to the left on each side.
+    radians are turned too much at each corner, in either sense, and ``beta`` radians to the left on each side.
     """
     return 2.0 * side * (alpha + sense * beta), -2.0 * side * (beta + sense * alpha)
 
@@ -160,7 +160,7 @@ def test_a_square_both_ways_drifts_as_borenstein_and_feng_say(sense: float, erro
     rig = Rig(**{name: known[name] * factor for name, factor in errors.items()})
     truth, odometry = square(rig, sense, side)
     drift = odometry.between(truth)
-    lag = 1.0 / errors.get("right_radius", 1.0) - 1.0  # of the right wheel, on the sides and at the corners
+    lag = 1.0 / errors.get("right_radius", 1.0) - 1.0  # excess of the right wheel's way over the odometry
     alpha = pi / 2 * (errors.get("track", 1.0) - 1.0) + pi / 4 * lag
     beta = side / TRACK * lag
     expected = borenstein_feng(side, sense, alpha, beta)

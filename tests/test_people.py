@@ -28,7 +28,9 @@ def test_one_leg_stands_while_the_other_swings(walked: Any, stride: float) -> No
     moved = np.linalg.norm(after - before, axis=1)
     if int(walked / stride) == int((walked + 1e-3) / stride):
         assert moved.min() == 0.0
-    assert moved.max() < 1e-3 * (3.1 + 0.5 / stride)  # gently: at most 1.5 times the mean, which is twice the person's
+    assert moved.max() < 1e-3 * (
+        3.1 + 0.5 / stride
+    )  # at most 1.5 times its mean speed, which is twice that of the person
 
 
 @given(st.floats(0.0, 2.0))

@@ -175,11 +175,11 @@ MACHADO = {
 """Machado, Oliveira and Fernandes 2009, severity 1, on linear RGB."""
 XYZ = np.array([[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.072175], [0.0193339, 0.119192, 0.9503041]])
 APART = 25.0
-"""CIE 1976 colour difference; the former green and red came to 10 and 20."""
+"""Least difference of two colours (CIE 1976). The green and the red that were used before had only 10 and 20."""
 
 
 def lab(colour: str, eyes: object) -> FloatArray:
-    """CIELAB, D65, of #rrggbb as these eyes see it."""
+    """Return L*, a* and b* (CIELAB, D65) of a colour #rrggbb as these eyes see it."""
     coded = np.array([int(colour[at : at + 2], 16) for at in (1, 3, 5)]) / 255.0
     linear = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
     xyz = XYZ @ np.clip(np.asarray(eyes) @ linear, 0.0, 1.0) / [0.95047, 1.0, 1.08883]

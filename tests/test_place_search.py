@@ -1,4 +1,4 @@
-"""The bounded search of a place in a submap: its bounds against plain maxima."""
+"""The search of a place in a submap: its bounds and its best places, compared with plain loops."""
 
 import numpy as np
 import pytest

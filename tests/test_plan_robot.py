@@ -98,7 +98,7 @@ def test_normal_and_uniform_numbers_are_so_distributed() -> None:
     assert stats.kstest(numbers, "norm").pvalue > 1e-3
     assert stats.kstest(even, "uniform").pvalue > 1e-3
     assert abs(np.mean(numbers[1:] * numbers[:-1])) < 0.01
-    assert (abs(numbers) > 3.6542).mean() == pytest.approx(2.58e-4, rel=0.5)  # beyond the lowest layer
+    assert (abs(numbers) > 3.6542).mean() == pytest.approx(2.58e-4, rel=0.5)  # the tail, which is drawn by other code
 
 
 ERRORS = {"odometry": {"left_radius": 0.099, "track": 0.34}, "traction": {"slip": 0.05, "effective_track": 0.357}}
@@ -106,7 +106,7 @@ ERRORS = {"odometry": {"left_radius": 0.099, "track": 0.34}, "traction": {"slip"
 
 @pytest.mark.parametrize("robot", [{}, ERRORS], ids=["exact", "errors"])
 def test_both_engines_drive_the_same_way(robot: Any) -> None:
-    """A minute of commands up to the limits; in curves at full speed a motor has not the torque for its ramp."""
+    """The commands of a minute reach the limits, so that a motor lacks the torque for its ramp in fast curves."""
     rng = np.random.default_rng(4)
     scenarios = [scenario(engine, robot=robot) for engine in ("bullet", "plan")]
     one, other = bodies = [robot_in_world(made, made.robot, made.clock.rate) for made in scenarios]

@@ -53,7 +53,7 @@ def test_a_motion_missing_from_odometry_is_found(scan_of: Scanner, room: FloatAr
 
 
 def test_a_half_turn_is_rejected(scan_of: Scanner, room: FloatArray) -> None:
-    """A new place may look like the other end of a known one; the wheels are believed then."""
+    """A new place may look like a known one from the other side; then the pose of the wheels is used."""
     path = [*PATH[:20], PATH[19] @ Pose2D(0.4, 0.3, 3.1)]
     wheels = [*PATH[:20], PATH[19] @ Pose2D(0.4, 0.3, 0.0)]
     found = drive(scan_of, [room] * 21, path, wheels)[-1].T_map_base
@@ -69,7 +69,7 @@ def test_reset_odometry_does_not_move_the_robot(scan_of: Scanner, room: FloatArr
 
 
 def test_a_scan_without_a_match_is_not_mapped(scan_of: Scanner, room: FloatArray) -> None:
-    """The scans of a few metres are of another building."""
+    """Ten scans in the middle of the drive show another building."""
     rooms = [HALL if 20 <= k < 30 else room for k in range(40)]
     run = drive(scan_of, rooms, PATH, PATH)
     assert all(estimate.odometry_only for estimate in run[20:30])

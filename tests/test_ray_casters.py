@@ -14,7 +14,7 @@ from slam.scenario.solids import Prism, outlines_at, rectangle
 
 HEIGHT, REACH = 0.3, 4.3
 GRAZING = 2e-4
-"""Radians: a ray this near the edge of something may be taken differently, as PyBullet's triangles reach too far."""
+"""Radians: a ray this near an edge may hit in one caster only, as PyBullet's triangles are a little too large."""
 
 
 def random_world(rng: np.random.Generator) -> list[Prism]:
@@ -51,7 +51,7 @@ def walls_of(prisms: list[Prism]) -> FloatArray:
 
 
 def swept_rays(rng: np.random.Generator, speed: float, turn_speed: float) -> FloatArray:
-    """Rays of a lidar of random fan on a robot that drives, from four rows of its path."""
+    """Rays of a lidar with a random fan on a robot that drives along five poses."""
     step, beams = 1.0 / 60.0, int(rng.integers(2, 700))
     bearings = rng.uniform(-np.pi, np.pi) + np.linspace(0.0, rng.uniform(0.1, 2.0 * np.pi), beams)
     path = np.cumsum(np.tile([speed * step, 0.3 * speed * step, turn_speed * step], (5, 1)), axis=0)
@@ -144,7 +144,7 @@ def test_rays_in_an_empty_world_have_no_echo(caster: str) -> None:
 
 
 def test_rays_start_where_the_sensor_is_when_the_beam_fires() -> None:
-    path = np.array([[0.0, 0.0, 3.1], [0.2, 0.1, 3.3], [0.4, 0.2, -2.8]])  # over the end of the circle
+    path = np.array([[0.0, 0.0, 3.1], [0.2, 0.1, 3.3], [0.4, 0.2, -2.8]])  # the heading passes pi
     T_base_laser, angles = Pose2D(0.16, 0.02, 0.1), np.linspace(-2.0, 2.0, 9)
     beams, rays = np.ascontiguousarray(unit_vectors(angles + 0.1).T), np.empty((5, 9))
     fire_beams(path, 0.1, T_base_laser.translation, angles + 0.1, beams, 0.02, rays)

@@ -40,7 +40,7 @@ for _ in range(5):
             bus.subscribe(topic, print)
         bus.publish(names.CLOCK, 0.0, bytes(12))
 """
-"""A program that opens one bus after another, as an environment does that is made anew."""
+"""A program that opens one bus after another, as an environment does that is made again."""
 
 
 def test_by_default_a_node_stays_on_this_machine() -> None:
@@ -50,11 +50,11 @@ def test_by_default_a_node_stays_on_this_machine() -> None:
 
 
 def test_the_environment_variables_of_ros_are_used() -> None:
-    told = {"ROS_DOMAIN_ID": "42", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_STATIC_PEERS": "a;b"}
-    network = RosNetwork.from_environment(told)
+    environment = {"ROS_DOMAIN_ID": "42", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_STATIC_PEERS": "a;b"}
+    network = RosNetwork.from_environment(environment)
     assert (network.domain, network.this_machine, network.peers) == (42, False, ("a", "b"))
     assert "127.0.0.1" not in network.cyclone_config
-    assert RosNetwork.from_environment(told | {"ROS_LOCALHOST_ONLY": "1"}).this_machine
+    assert RosNetwork.from_environment(environment | {"ROS_LOCALHOST_ONLY": "1"}).this_machine
     assert RosNetwork.from_environment({"CYCLONEDDS_URI": "<x/>"}).cyclone_config == "<x/>"
 
 

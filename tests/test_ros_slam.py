@@ -25,7 +25,7 @@ T_odom_start = Pose2D(3.0, -2.0, 1.0)
 
 
 class RecordedRobot(MemoryBus):
-    """The topics of a log, on a robot whose odometry began elsewhere, until as many poses have come: then Ctrl-C."""
+    """The topics of a log, on a robot whose odometry began elsewhere. SIGINT follows SLAM's pose for the last scan."""
 
     def __init__(self, log: Path) -> None:
         super().__init__()
@@ -48,14 +48,14 @@ class RecordedRobot(MemoryBus):
                 os.kill(os.getpid(), signal.SIGINT)
 
     def _moved(self, message: RawMessage) -> Any:
-        told = ROS.deserialize_cdr(message.data, message.type)
-        pose = told.pose.pose
+        odometry = ROS.deserialize_cdr(message.data, message.type)
+        pose = odometry.pose.pose
         turned = T_odom_start @ Pose2D(
             pose.position.x, pose.position.y, 2.0 * np.arctan2(pose.orientation.z, pose.orientation.w)
         )
         pose.position.x, pose.position.y = turned.x, turned.y
         pose.orientation.z, pose.orientation.w = np.sin(turned.theta / 2.0), np.cos(turned.theta / 2.0)
-        return told
+        return odometry
 
 
 def test_the_node_gives_the_result_of_a_replay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -45,7 +45,7 @@ def message(stamp: float, ranges: list[float], number: int = 0, step: float = 0.
 
 
 def bag(*records: bytes, compression: bytes = b"none", index_length: int = 24) -> bytes:
-    """A bag of one chunk; its index has 2 entries, and says of itself to have ``index_length`` bytes."""
+    """A bag of one chunk; its index has 2 entries, and states a length of ``index_length`` bytes."""
     body = b"".join(records)
     data = {b"bz2": bz2.compress, b"lz4": lz4.frame.compress}.get(compression, bytes)(body)
     chunk = record(data, op=b"\x05", compression=compression, size=struct.pack("<I", len(body)))

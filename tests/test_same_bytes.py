@@ -28,9 +28,9 @@ PLAIN = {name: "1" for name in STRANGE if name.endswith("THREADS")} | {
     "TZ": "UTC",
 }
 TIMES = ("began", "real_time_factor", "closing_s", "slam_s_total")
-"""Entries of metrics.json that tell of the machine, beside those in milliseconds."""
+"""Entries of metrics.json that depend on the machine and the moment, beside those in milliseconds."""
 ROW_TIMES = ("seconds", "started", "host")
-"""Entries of a row of a sweep that tell of the machine, beside those that begin with ``wall.``."""
+"""Entries of a row of a sweep that depend on the machine and the moment, beside those that begin with ``wall.``."""
 
 
 def run(words: list[str], environment: dict[str, str]) -> None:

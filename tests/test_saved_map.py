@@ -27,7 +27,7 @@ Update = Callable[[LineSlam, int], Estimate]
 
 @pytest.fixture(scope="module")
 def update(scan_of: Callable[..., LaserScan], room: FloatArray) -> Update:
-    """One update with the scan of that number; the odometry is 5 % long."""
+    """Updates a SLAM with the scan of a number; the odometry is 5 % too long."""
 
     def updated(slam: LineSlam, k: int) -> Estimate:
         wheels = Pose2D(1.05 * PATH[k].x, 1.05 * PATH[k].y, PATH[k].theta)

@@ -26,7 +26,7 @@ def is_right(command: bytes, line: bytes) -> bool:
 
 
 class Flicker(SimPlant):
-    """A world in which every beam meets something else in every scan, so that every digit comes at every place."""
+    """A world of random ranges, new in every scan, so that every character occurs at every place of a line."""
 
     rng = np.random.default_rng(7)
 
@@ -49,7 +49,7 @@ def test_a_thousand_scans_have_no_wrong_sum() -> None:
     lines = [line for echo, *lines in scans for line in lines if echo.startswith(b"MD")]
     assert len(scans) >= 1000
     assert len(lines) == len(scans) * 34  # status, time, and 32 lines of data
-    assert sum(line[:-1].endswith(b";") for line in lines) > 300  # where the digit 11 ends a line, it counts
+    assert sum(line[:-1].endswith(b";") for line in lines) > 300  # a semicolon may be the last digit of data: 11
     assert [line for line in lines if not is_right(b"MD", line)] == []
 
 
@@ -70,7 +70,7 @@ def test_two_digits_and_single_scans_have_right_sums() -> None:
 
 @pytest.mark.parametrize("command", [b"GD0044072501;a note", b"GS0384038400;x", b"MD0044072501002;a note"])
 def test_scans_repeat_the_string_of_their_command(command: bytes) -> None:
-    """Page 11 and 13 of the specification: the echo has the string characters, the scans of MD and MS have them too."""
+    """The echo repeats the text after the semicolon, and so do the scans of MD and MS (specification, p. 11 and 13)."""
     bare, note = command.split(b";")
     *before, last = answers_of([command], turns=4)
     scans = [*before, last] if bare.startswith(b"G") else [*before[1:], last]
@@ -80,7 +80,7 @@ def test_scans_repeat_the_string_of_their_command(command: bytes) -> None:
 
 
 def test_the_decoder_refuses_any_other_sum() -> None:
-    """A semicolon left out of the sum is damage in data, and a habit of some sensors in what they say of themselves."""
+    """The sum of a ``KEY:value;`` line may leave the last semicolon out, as some sensors do; that of data may not."""
     data, entry = b"0Ab;", b"SCAN:600;"
     with_all = {text: text + bytes([(sum(text) & 63) + 48]) for text in (data, entry)}
     without = {text: text + bytes([(sum(text[:-1]) & 63) + 48]) for text in (data, entry)}

@@ -94,7 +94,7 @@ def test_a_pause_within_an_answer_loses_no_byte() -> None:
 def test_an_ending_program_does_not_wait_for_a_device() -> None:
     ports = PtyPort(), PtyPort()
     settings = [f"hardware.lidar_port={ports[0].address}", f"hardware.robot_port={ports[1].address}"]
-    before = signal.signal(signal.SIGTERM, lambda *_: None)  # as in a run, which ends after the step
+    before = signal.signal(signal.SIGTERM, lambda *_: None)  # a run handles it after the step
     ending = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGTERM])
     try:
         robot = HardwareRobot(load_scenario("corridor", settings))

@@ -56,7 +56,7 @@ def beam_times(scan: LaserScan) -> np.ndarray:
 
 
 def digest(seen: Iterable[Observation]) -> str:
-    """The same for the same observations only."""
+    """Return a hash of the observations."""
     parts = (
         s.scan.ranges.tobytes() + repr((s.odometry, s.T_map_base, s.collided, s.stalled, s.bumpers, s.sonar)).encode()
         for s in seen

@@ -27,7 +27,7 @@ BEARINGS = np.arange(-2.0, 2.0, 0.05)
 
 
 def scan_at(pose: Pose2D, number: int, reach: float = 8.0) -> LaserScan:
-    """Return a noisy scan, 1 cm, from a pose in the ring."""
+    """Return a scan from a pose in the ring, with noise of 1 cm."""
     ranges = ranges_from(pose, BEARINGS) + np.random.default_rng(number).normal(0.0, 0.01, len(BEARINGS))
     ranges[ranges > reach] = np.inf
     return LaserScan(0.1 * number, float(BEARINGS[0]), 0.05, 0.05, reach, ranges)

@@ -28,10 +28,10 @@ def controller_at(rate: int) -> Controller:
 
 
 def push(controller: Controller, steps: int, speeds: tuple[float, float], torques: tuple[float, float]) -> None:
-    """Let control steps end with these rim speeds, m/s, and torques, in shares of the most that a motor has."""
+    """Make control steps in which the rims have these speeds, m/s, and the motors these shares of their full torque."""
     left, right = ((0.0, v / WHEEL_RADIUS, (), MOTOR_TORQUE * t) for v, t in zip(speeds, torques, strict=True))
     for _ in range(steps):
-        controller.look(left, right)
+        controller.read_wheels(left, right)
 
 
 def is_engaged(controller: Controller) -> bool:
@@ -57,7 +57,7 @@ def test_motors_are_switched_off_by_a_stall_and_recover(rate: Any) -> None:
     [
         ((0.0, 0.0), (1.0, -1.0), True),  # on the spot, in a corner
         ((0.0, 0.0), (1.0, 0.2), True),  # one motor is told to hold still
-        ((0.1, 0.0), (1.0, 1.0), True),  # one wheel slips at all its torque
+        ((0.1, 0.0), (1.0, 1.0), True),  # one wheel slips under full torque
         ((-0.1, 0.3), (1.0, 0.3), False),  # it swings around a corner that it has met
         ((0.0, 0.0), (0.5, 0.5), False),  # it stands uphill
         ((0.3, 0.3), (1.0, 1.0), False),  # it gathers speed
@@ -151,8 +151,8 @@ def test_the_base_is_not_stuck_on_slanting_or_thin_sills(height: float, box: Any
 
 
 def grip_needed(height: float) -> float:
-    """Coefficient of friction that holds a base pushing at full torque against something ``height`` metres up: the
-    push takes load off the axle and puts it on the caster."""
+    """Least coefficient of friction at which the wheels do not slip under full torque, against something ``height``
+    metres above the floor, as the push takes load off the axle and puts it on the caster."""
     links = ElementTree.parse(asset("urdf/p3dx.urdf")).findall("link")
     mass = {link.get("name"): float(link.find("inertial/mass").get("value")) for link in links}
     behind = (0.06 * mass["base_link"] + CASTER * mass["caster"]) / sum(mass.values())

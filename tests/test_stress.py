@@ -92,7 +92,7 @@ def test_missing_minus_signs_are_restored() -> None:
     recorded[20:30, :2] *= -1.0
     reference = Trajectory(0.5 * np.arange(60), chained(np.zeros(3), true))
     found = steps(with_signs(reference.stamps, chained(np.zeros(3), recorded), reference))
-    inside = np.r_[0:18, 22:28, 32:59]  # near its ends, three-step means mix both signs
+    inside = np.r_[0:18, 22:28, 32:59]  # a mean over three steps mixes both signs where these change
     assert np.allclose(found[inside], true[inside])
 
 

@@ -14,7 +14,7 @@ from slam.pose import FloatArray, Pose2D
 from tests.conftest import Scanner
 
 TO_AND_FRO = [Pose2D(3.0 * np.sin(0.04 * k), 0.3, 0.0) for k in range(240)]
-"""18 m of way in the room."""
+"""A path of 18 m in the room."""
 
 
 def keys_of(
@@ -32,7 +32,7 @@ def keys_of(
 
 
 def test_submaps_overlap_and_replace_each_other(scan_of: Scanner, room: FloatArray) -> None:
-    """Each follows the one before, and every key scan belongs to the last two."""
+    """Their numbers are consecutive, and every key scan belongs to the last two."""
     keys, mapper = keys_of(TO_AND_FRO, TO_AND_FRO, [room] * 240, scan_of)
     assert keys[0].submaps == (0,)
     assert keys[-1].submaps[-1] == 4

@@ -74,7 +74,7 @@ def test_the_pose_is_right_whatever_the_odometry(scale: float) -> None:
 
 @pytest.mark.parametrize("noise", [0.003, 0.05])
 def test_a_coarse_sensor_agrees_with_its_map_too(noise: float) -> None:
-    """5 cm are beyond the kernel of a fine sensor, 3 cm, which grows with the noise that is learnt."""
+    """The kernel of a fine sensor is 3 cm, less than a noise of 5 cm; it grows with the learnt noise."""
     path, wheels = round_trip(1.05)
     estimates = drive(ROOM, path, wheels, noise)
     segments, match = estimates[-1].segments, estimates[-1].match
@@ -95,7 +95,7 @@ def test_a_jump_of_the_odometry_is_survived() -> None:
 
 
 def test_in_a_bare_corridor_odometry_is_used_and_reported() -> None:
-    """The wheels say 3 % too much; across and in heading the walls decide."""
+    """The wheels report 3 % too much along the corridor; the walls determine the position across it and the heading."""
     path = [Pose2D(0.05 * k, 0.0, 0.0) for k in range(60)]
     wheels = [Pose2D(1.03 * p.x, 0.02 * p.x, 0.01 * p.x) for p in path]
     run = drive(CORRIDOR, path, wheels)
@@ -222,7 +222,7 @@ def test_surfels_keep_both_sides_of_a_thin_wall_apart() -> None:
 def test_new_facets_count_with_an_unknown_shift() -> None:
     random = np.random.default_rng(0)
     J, w, r = random.normal(size=(6, 3)), random.uniform(1e2, 1e4, 6), random.normal(size=6)
-    full = np.column_stack([J, J[:, :2]])  # of the pose, and of the shift
+    full = np.column_stack([J, J[:, :2]])  # derivatives by the pose and by the shift
     H = full.T @ (w[:, None] * full) + np.diag([0.0, 0.0, 0.0, *np.full(2, SHIFT_SIGMA**-2)])
     g = -full.T @ (w * r)
     marginal, gradient = J.T @ (w[:, None] * J), -J.T @ (w * r)

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.skipif(
     "HOPSLAM_CLUSTER_TESTS" not in os.environ, reason="takes minutes; set HOPSLAM_CLUSTER_TESTS=1 to run them"
 )
 RUNS = 200
-"""Short ones, so that there are many while parts are killed."""
+"""Number of runs; each is short, so that many end between two kills."""
 PORT = 46379
 WORDS = ["paper_simulation", "--mode", "dead_reckoning", "--set", "duration=4", "--seeds", f"0:{RUNS}"]
 ENVIRONMENT = os.environ | {
@@ -39,18 +39,18 @@ class TwoNodes:
         self.head: set[int] = set()
 
     def start(self) -> None:
-        """Both nodes."""
+        """Start both nodes."""
         temporary = self._temporary
         self._start("--head", f"--port={PORT}", "--include-dashboard=false", f"--temp-dir={temporary}")
         self.head = self.raylets()
         self.add()
 
     def add(self) -> None:
-        """Another node."""
+        """Start another node."""
         self._start(f"--address=127.0.0.1:{PORT}")
 
     def raylets(self) -> set[int]:
-        """One a node; each names the folder of the cluster."""
+        """Return the ids of the raylets, one for each node; they have the cluster's folder in their command line."""
         return {pid for pid in self._processes(str(self._temporary)) if "raylet/raylet " in line_of(pid)}
 
     def workers(self) -> set[int]:
@@ -58,7 +58,7 @@ class TwoNodes:
         return {pid for pid in self._processes("ray::run_on_cluster") if parent_of(pid) in self.raylets()}
 
     def stop(self) -> None:
-        """All processes that name the folder of the cluster; their children end with them."""
+        """Kill all processes with the cluster's folder in their command line; their children end with them."""
         for pid in self._processes(str(self._temporary)):
             kill(pid)
 

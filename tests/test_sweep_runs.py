@@ -60,7 +60,7 @@ class UnreliableExecutor:
 
 @pytest.mark.parametrize(("lost", "retry", "failed"), [(0, 0, 1), (2, 2, 1), (2, 1, 6)])
 def test_each_job_has_one_row_whatever_fails(tmp_path: Path, lost: int, retry: int, failed: int) -> None:
-    """Five jobs of ten lose their worker, so often; the last one fails."""
+    """Five of ten jobs lose their worker ``lost`` times; the last job fails."""
     jobs = list(make_plan(["paper_simulation"], {"seeds": "0:10"}).jobs())
     executor, store = UnreliableExecutor(jobs, lost), ResultStore(Folder(str(tmp_path)))
     scheduler = Scheduler(executor, store, retry, lambda done, failed: None)
@@ -79,7 +79,7 @@ def test_results_before_ctrl_c_are_kept(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A small sweep by the command, one process; one run of it fails."""
+    """A small sweep, made by the command in one process."""
     out = tmp_path_factory.mktemp("sweep") / "out"
     words = ["sweep", "paper_simulation", "--seeds", "0:2", "--mode", "hopslam,dead_reckoning", "--set", "duration=1"]
     done = CliRunner().invoke(app, [*words, "--grid", "physics.rate=240,480", "--jobs", "1", "--out", str(out)])

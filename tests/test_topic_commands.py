@@ -130,15 +130,15 @@ def test_a_replay_ignores_commands(tmp_path: Path) -> None:
 
 def test_an_initial_pose_is_used_by_a_localizer() -> None:
     slam, bus = LineLocalizer(SlamConfig(), Pose2D(), SurfelMap(SlamConfig().map)), ListBus()
-    told = Pose2D(3.0, -2.0, 1.25)
+    given = Pose2D(3.0, -2.0, 1.25)
     with TopicSession([bus]) as topics:
         topics.hear_initial_pose(slam)
         bus.say(names.INITIAL_POSE, b"garbage")
         assert slam.update(SCAN, Odometry(0.0, Pose2D())).lost
-        bus.say(names.INITIAL_POSE, LiveEncoder().unsure_pose(0.0, told, None))
+        bus.say(names.INITIAL_POSE, LiveEncoder().unsure_pose(0.0, given, None))
         estimate = slam.update(SCAN, Odometry(0.1, Pose2D(0.3, 0.0, 0.0)))
     assert not estimate.lost
-    np.testing.assert_allclose(estimate.T_map_base.as_array(), told.as_array(), atol=1e-12)
+    np.testing.assert_allclose(estimate.T_map_base.as_array(), given.as_array(), atol=1e-12)
 
 
 @given(st.recursive(st.none() | st.floats() | st.text(max_size=3), lambda inner: st.dictionaries(
@@ -164,7 +164,7 @@ def test_json_fills_a_message() -> None:
 
 
 def test_the_pace_option_sets_the_time_between_scans(monkeypatch: pytest.MonkeyPatch) -> None:
-    now, told = [50.0], list[Any]()
+    now, published = [50.0], list[Any]()
 
     def sleep(seconds: float) -> None:
         now[0] += seconds
@@ -172,7 +172,7 @@ def test_the_pace_option_sets_the_time_between_scans(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("slam.run.topics.paced_robot.monotonic", lambda: now[0])
     monkeypatch.setattr("slam.run.topics.paced_robot.sleep", sleep)
     experiment = scenario_experiment(load_scenario("corridor", ["physics.engine=plan"]))
-    env = experiment.env.wrapped(lambda robot: PacedRobot(robot, 4.0, told.append))
+    env = experiment.env.wrapped(lambda robot: PacedRobot(robot, 4.0, published.append))
     _, info = env.reset(seed=0)
     began, first = now[0], info["observation"].scan.stamp
     for _ in range(8):
@@ -181,8 +181,8 @@ def test_the_pace_option_sets_the_time_between_scans(monkeypatch: pytest.MonkeyP
     passed = info["observation"].scan.stamp - first
     assert passed == pytest.approx(0.8)
     assert now[0] - began == pytest.approx(passed / 4.0, abs=1e-6)
-    assert told == sorted(told)
-    assert first < told[0] < told[-1] < info["observation"].scan.stamp
+    assert published == sorted(published)
+    assert first < published[0] < published[-1] < info["observation"].scan.stamp
 
 
 @pytest.mark.parametrize(
@@ -235,10 +235,10 @@ def test_a_stepped_run_takes_one_command_per_scan(tmp_path: Path) -> None:
 def test_a_stepped_run_without_commands_times_out() -> None:
     with TopicSession([ListBus()], pace=0.0) as topics:
         experiment = on_topics(scenario_experiment(load_scenario("corridor", ["physics.engine=plan"])), topics)
-        env, told = experiment.env, iter([False, False, True])
+        env, asked = experiment.env, iter([False, False, True])
         env.reset(seed=0)
         with pytest.raises(RobotTimeout, match="no command on /cmd_vel"):
-            step_patiently(lambda twist: env.step(np.zeros(2, np.float32)), Twist2D(), inf, lambda: next(told))
+            step_patiently(lambda twist: env.step(np.zeros(2, np.float32)), Twist2D(), inf, lambda: next(asked))
         env.close()
 
 

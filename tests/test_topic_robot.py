@@ -28,8 +28,8 @@ def scan(stamp: float, **more: Any) -> Any:
     return laser_scan(stamp, RANGES, -np.pi / 2, np.pi / 180, **more)
 
 
-class Told(MemoryBus):
-    """A bus on which these messages are said as soon as somebody hears scans."""
+class ScriptedBus(MemoryBus):
+    """A bus that delivers these messages as soon as a subscriber of scans comes."""
 
     def __init__(self, *messages: tuple[str, str, Any]) -> None:
         super().__init__()
@@ -66,7 +66,7 @@ def topic_robot(bus: MemoryBus, *settings: str, follows: bool = False) -> Iterat
 
 
 def test_odometry_is_interpolated_at_the_stamp_of_the_scan() -> None:
-    bus = Told(
+    bus = ScriptedBus(
         MOUNT, odom(1.0, 5.0, 1.0, 0.0), odom(1.2, 5.2, 1.0, 0.2), seen(1.1), odom(1.4, 5.4, 1.0, 0.4), seen(1.3)
     )
     with topic_robot(bus) as robot:
@@ -82,7 +82,7 @@ def test_odometry_is_interpolated_at_the_stamp_of_the_scan() -> None:
 
 
 def test_late_odometry_is_extrapolated() -> None:
-    bus = Told(MOUNT, odom(0.9, 0.0, 0.0, 0.0), odom(1.0, 0.1, 0.0, 0.0, v=1.0), seen(1.0), seen(1.1))
+    bus = ScriptedBus(MOUNT, odom(0.9, 0.0, 0.0, 0.0), odom(1.0, 0.1, 0.0, 0.0, v=1.0), seen(1.0), seen(1.1))
     with topic_robot(bus) as robot:
         robot.observe()
         second = robot.observe()
@@ -92,7 +92,7 @@ def test_late_odometry_is_extrapolated() -> None:
 
 def test_transforms_replace_missing_odometry_messages() -> None:
     links = [placed("odom", "base_footprint", 0.5 * t, 0.0, 0.0, stamp=t) for t in (1.0, 1.2, 1.4)]
-    with topic_robot(Told(MOUNT, *links, seen(1.1), seen(1.3))) as robot:
+    with topic_robot(ScriptedBus(MOUNT, *links, seen(1.1), seen(1.3))) as robot:
         robot.observe()
         second = robot.observe()
     assert second is not None
@@ -102,7 +102,7 @@ def test_transforms_replace_missing_odometry_messages() -> None:
 
 def test_topics_can_have_other_names() -> None:
     settings = ["ros.scan_topic=/base/scan", "ros.odom_topic=/wheels", "ros.command_topic=/base/cmd"]
-    bus = Told(MOUNT, odom(1.0, 0.0, 0.0, 0.0, name="/wheels"), seen(1.0, name="/base/scan"))
+    bus = ScriptedBus(MOUNT, odom(1.0, 0.0, 0.0, 0.0, name="/wheels"), seen(1.0, name="/base/scan"))
     with topic_robot(bus, *settings) as robot:
         assert robot.observe() is not None
         robot.drive(Twist2D(0.1, 0.2))
@@ -110,7 +110,7 @@ def test_topics_can_have_other_names() -> None:
 
 
 def test_commands_are_limited_and_the_last_is_a_stop() -> None:
-    bus = Told(MOUNT, odom(1.0, 0.0, 0.0, 0.0), seen(1.0))
+    bus = ScriptedBus(MOUNT, odom(1.0, 0.0, 0.0, 0.0), seen(1.0))
     with topic_robot(bus, "robot.limits.linear=0.7", "robot.limits.angular=1") as robot:
         assert robot.drive(Twist2D(5.0, -5.0)) == Twist2D(0.7, -1.0)
         with pytest.raises(RobotError, match="finite"):
@@ -120,7 +120,7 @@ def test_commands_are_limited_and_the_last_is_a_stop() -> None:
 
 
 def test_a_follower_commands_nothing() -> None:
-    bus = Told(MOUNT, odom(1.0, 0.0, 0.0, 0.0, v=0.3), seen(1.0))
+    bus = ScriptedBus(MOUNT, odom(1.0, 0.0, 0.0, 0.0, v=0.3), seen(1.0))
     with topic_robot(bus, follows=True) as robot:
         robot.observe()
         assert robot.drive(Twist2D(1.0, 0.0)) == Twist2D(0.3, 0.0)
@@ -130,17 +130,19 @@ def test_a_follower_commands_nothing() -> None:
 
 def test_a_follower_keeps_all_scans_and_a_driver_the_last() -> None:
     stamps = 1.0 + 0.1 * np.arange(40)
-    told = Told(MOUNT, *(message for t in stamps for message in (odom(t, t, 0.0, 0.0), seen(t))))
-    with topic_robot(told, follows=True) as robot:
+    bus = ScriptedBus(MOUNT, *(message for t in stamps for message in (odom(t, t, 0.0, 0.0), seen(t))))
+    with topic_robot(bus, follows=True) as robot:
         assert [robot.observe().scan.stamp for _ in stamps] == pytest.approx(stamps)
-    with topic_robot(told) as robot:
+    with topic_robot(bus) as robot:
         assert robot.observe().scan.stamp == pytest.approx(stamps[-4])
-    with TopicRobot(load_scenario("corridor"), bus=told, newest=True) as robot:
+    with TopicRobot(load_scenario("corridor"), bus=bus, newest=True) as robot:
         assert robot.observe().scan.stamp == pytest.approx(stamps[-1])
 
 
 def test_a_lidar_mounted_elsewhere_is_refused() -> None:
-    bus = Told(placed("base_link", "laser", 0.3, 0.0, 0.0, name="/tf_static"), odom(1.0, 0.0, 0.0, 0.0), seen(1.0))
+    bus = ScriptedBus(
+        placed("base_link", "laser", 0.3, 0.0, 0.0, name="/tf_static"), odom(1.0, 0.0, 0.0, 0.0), seen(1.0)
+    )
     with pytest.raises(RobotError, match=r"set lidar.mount.x=0.3 lidar.mount.y=0 "), topic_robot(bus):
         pass
     with topic_robot(bus, "lidar.mount.x=0.3"):
@@ -150,7 +152,9 @@ def test_a_lidar_mounted_elsewhere_is_refused() -> None:
 def test_garbage_is_skipped(caplog: pytest.LogCaptureFixture) -> None:
     bad = [(name, kind, bytes([0, 1, 0, 0, *([255] * 30)])) for name, kind, _ in (MOUNT, odom(1.0, 0, 0, 0), seen(1.0))]
     later = odom(1.1, 0.0, 0.0, 0.0), seen(1.05, frame="rear"), seen(1.1)
-    with topic_robot(Told(*bad, MOUNT, odom(1.0, 0.0, 0.0, 0.0), seen(1.0), *bad, *later), follows=True) as robot:
+    with topic_robot(
+        ScriptedBus(*bad, MOUNT, odom(1.0, 0.0, 0.0, 0.0), seen(1.0), *bad, *later), follows=True
+    ) as robot:
         assert [robot.observe().scan.stamp for _ in range(2)] == [1.0, 1.1]
     assert sum("cannot be read" in line for line in caplog.messages) == 1
 
@@ -160,12 +164,15 @@ def test_a_silent_topic_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_LATE", 0.01)
     with pytest.raises(RobotError, match=r"no scan on /scan for 0\.05 s: .*ROS_DOMAIN_ID"), topic_robot(MemoryBus()):
         pass
-    with topic_robot(Told(MOUNT, seen(1.0))) as robot, pytest.raises(RobotTimeout, match="no odometry on /odom or /tf"):
+    with (
+        topic_robot(ScriptedBus(MOUNT, seen(1.0))) as robot,
+        pytest.raises(RobotTimeout, match="no odometry on /odom or /tf"),
+    ):
         robot.observe(timeout=0.05)
-    other = Told(MOUNT, odom(900.0, 0.0, 0.0, 0.0), seen(1.0))
+    other = ScriptedBus(MOUNT, odom(900.0, 0.0, 0.0, 0.0), seen(1.0))
     with topic_robot(other) as robot, pytest.raises(RobotTimeout, match=r"is of another time, 900.000 s"):
         robot.observe(timeout=0.05)
-    with topic_robot(Told(MOUNT, odom(1.0, 0.0, 0.0, 0.0), seen(1.0))) as robot:
+    with topic_robot(ScriptedBus(MOUNT, odom(1.0, 0.0, 0.0, 0.0), seen(1.0))) as robot:
         robot.observe()
         with pytest.raises(RobotTimeout, match=r"no scan on /scan for 0\.05 s"):
             robot.observe(timeout=0.05)
@@ -175,7 +182,7 @@ def test_observations_are_those_of_a_replay_of_the_log(tmp_path: Path) -> None:
     settings = ["duration=3", "physics.engine=plan", "slam.mode=dead_reckoning"]
     folder = run("corridor", settings=settings, out=tmp_path / "run", pictures=False).folder
     known = ("/scan", "/odom", "/tf_static")
-    bus = Told(*((m.topic, m.type, m.data) for m in mcap_messages(folder / "log.mcap") if m.topic in known))
+    bus = ScriptedBus(*((m.topic, m.type, m.data) for m in mcap_messages(folder / "log.mcap") if m.topic in known))
     replayed = ReplayRobot(read_log(folder))
     with topic_robot(bus, "duration=100", follows=True) as robot:
         assert robot.T_base_laser == replayed.T_base_laser

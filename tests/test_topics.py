@@ -105,9 +105,9 @@ def test_the_pose_has_the_covariance_of_the_estimate(run: tuple[Outcome, ListBus
         C = message.pose.covariance.reshape(6, 6)
         assert_allclose(C, C.T)
         assert not C[2:5].any()
-        told = [C[0, 0], C[0, 1], C[0, 5], C[1, 1], C[1, 5], C[5, 5]]
+        entries = [C[0, 0], C[0, 1], C[0, 5], C[1, 1], C[1, 5], C[5, 5]]
         expected = [row[name] for name in ("cov_xx", "cov_xy", "cov_xth", "cov_yy", "cov_yth", "cov_thth")]
-        assert_allclose(told, expected, rtol=1e-6)
+        assert_allclose(entries, expected, rtol=1e-6)
 
 
 def test_the_wheels_roll_as_far_as_the_robot_drives(run: tuple[Outcome, ListBus]) -> None:

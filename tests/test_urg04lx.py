@@ -109,7 +109,7 @@ def test_the_noise_is_gaussian_within_the_data_sheet(true: float, bound: float, 
     sigma = bound / bound_sigmas
     assert np.std(errors) == pytest.approx(sigma, rel=0.02)
     assert abs(np.mean(errors)) < 4 * sigma / 200
-    assert np.mean(abs(errors) < sigma) == pytest.approx(0.6827, abs=0.06)  # the steps of 1 mm count
+    assert np.mean(abs(errors) < sigma) == pytest.approx(0.6827, abs=0.06)  # the steps of 1 mm change it
     assert np.mean(abs(errors) > 2.5 * sigma) == pytest.approx(0.0124, abs=0.004)
 
 

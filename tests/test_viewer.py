@@ -162,8 +162,8 @@ def test_a_frame_is_in_the_map_frame() -> None:
 def test_events_are_reported_once_and_at_their_end() -> None:
     detector = EventDetector()
     steps = [step(0), step(1, stalled=True), step(2, stalled=True), step(3), step(4, collided=True)]
-    told = [(event.scan, event.level, event.text.split(":")[0]) for seen in steps for event in detector.detect(seen)]
-    assert told == [
+    events = [(event.scan, event.level, event.text.split(":")[0]) for seen in steps for event in detector.detect(seen)]
+    assert events == [
         (0, "INFO", "first scan"),
         (1, "WARN", "stalled"),
         (3, "INFO", "the wheels turn again"),
@@ -172,13 +172,13 @@ def test_events_are_reported_once_and_at_their_end() -> None:
 
 
 def test_odometry_alone_is_reported_only_at_updates() -> None:
-    detector, told = EventDetector(), []
+    detector, texts = EventDetector(), []
     segments = Segments(*(np.zeros(0, np.int64) for _ in "12"), *(np.zeros(0) for _ in "12"), *2 * [np.zeros((0, 2))])
     for number, (matched, alone) in enumerate([(1, 0), (0, 0), (1, 1), (0, 0), (1, 1), (1, 0)]):
         match = replace(NO_MATCH, odometry_only=bool(alone))
         estimate = replace(step(number).estimate, segments=segments if matched else None, match=match)
-        told += [event.text for event in detector.detect(replace(step(number), estimate=estimate))]
-    assert told[1:] == [text for _, text in ODOMETRY_ONLY]
+        texts += [event.text for event in detector.detect(replace(step(number), estimate=estimate))]
+    assert texts[1:] == [text for _, text in ODOMETRY_ONLY]
 
 
 # --- recordings ---

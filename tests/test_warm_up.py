@@ -31,7 +31,7 @@ print(*(loop.__name__ for loop in loops if len(loop.signatures) > 1))
 
 @pytest.fixture
 def beside(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Process]]:
-    """Processes that were started to compile; each lasts until it is killed, as on a slow machine."""
+    """Processes that a test starts in place of compilers; each lasts until it gets a line of input or is killed."""
     started: list[Process] = []
 
     def start() -> Process:

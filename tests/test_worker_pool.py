@@ -13,7 +13,7 @@ import os, subprocess, sys, time
 from slam.errors import InputError
 
 def hold(job):
-    # shares the standard output, as the worker does: that ends when all of them have ended
+    # the child holds the standard output open, so that the test reads its end only after the child has ended
     subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
     print("held", flush=True)
     time.sleep(600)

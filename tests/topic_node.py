@@ -139,11 +139,11 @@ class SimulatedNode:
                 robot.drive(self._twist)
 
     def _tell(self, seen: Observation) -> None:
-        told, scan = seen.odometry, seen.scan
-        pose, twist = told.T_odom_base, told.twist
+        wheels, scan = seen.odometry, seen.scan
+        pose, twist = wheels.T_odom_base, wheels.twist
         self.bus.say(
             "/odom", "nav_msgs/msg/Odometry",
-            odometry(told.stamp, 2.0 + pose.x, pose.y, pose.theta, twist.linear, twist.angular),
+            odometry(wheels.stamp, 2.0 + pose.x, pose.y, pose.theta, twist.linear, twist.angular),
         )  # fmt: skip
         more = {name: getattr(scan, name) for name in ("range_min", "range_max", "time_increment", "scan_time")}
         message = laser_scan(scan.stamp, scan.ranges, scan.angle_min, scan.angle_increment, **more)

@@ -50,7 +50,7 @@ class ByHand:
         return self.predict(sectors(observation))[0]
 
     def predict(self, seen: np.ndarray, deterministic: bool = True) -> tuple[np.ndarray, None]:
-        """The action, and no state, as Stable-Baselines3 has it."""
+        """The action, and None for a state, the form in which a policy of Stable-Baselines3 answers."""
         space = np.apply_along_axis(np.convolve, -1, seen[..., :SECTORS], [0.25, 0.5, 0.25], "same")
         turn = np.linspace(-1.0, 1.0, SECTORS)[space.argmax(axis=-1)]
         ahead = np.clip(1.2 * seen[..., 5:11].min(axis=-1) - 0.2, 0.0, 1.0)

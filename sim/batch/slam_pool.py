@@ -55,19 +55,19 @@ class SlamTask:
     config: EnvConfig
     scenarios: Sequence[Scenario]
 
-    def take(self, episodes: dict[int, Episode], told: ScanOfRobot) -> Estimated:
+    def take(self, episodes: dict[int, Episode], given: ScanOfRobot) -> Estimated:
         """Update the SLAM of this robot, or begin its episode."""
-        observation = Observation(told.scan, told.odometry, told.T_map_base)
-        if told.seed is None:
-            episodes[told.robot].update(observation)
+        observation = Observation(given.scan, given.odometry, given.T_map_base)
+        if given.seed is None:
+            episodes[given.robot].update(observation)
         else:
-            scenario = self.scenarios[told.world]
+            scenario = self.scenarios[given.world]
             start, extent = scenario.robot.start.pose, Extent.of(scenario)
-            episodes[told.robot] = Episode(self.config, scenario, extent, told.seed, start, observation)
-        episode = episodes[told.robot]
+            episodes[given.robot] = Episode(self.config, scenario, extent, given.seed, start, observation)
+        episode = episodes[given.robot]
         info = episode.info(Twist2D(), {}, "")
         slam = {key: np.asarray(value) for key, value in info.items() if key.startswith("slam_")}
-        return Estimated(told.robot, episode.views(), slam)
+        return Estimated(given.robot, episode.views(), slam)
 
 
 class SlamPool(Closing):
@@ -90,7 +90,7 @@ class SlamPool(Closing):
     def estimate(self, scans: Sequence[ScanOfRobot]) -> list[Estimated]:
         """Run SLAM on these scans."""
         count = len(self._pipes)
-        shares = [[told for told in scans if told.robot % count == k] for k in range(count)]
+        shares = [[given for given in scans if given.robot % count == k] for k in range(count)]
         try:
             for pipe, share in zip(self._pipes, shares, strict=True):
                 pipe.send(share)
@@ -120,6 +120,6 @@ def _serve(pipe: Connection, task: SlamTask) -> None:
         except (EOFError, OSError):
             return
         try:
-            pipe.send([task.take(episodes, told) for told in scans])
+            pipe.send([task.take(episodes, given) for given in scans])
         except HopslamError as error:
             pipe.send(error)  # for the environment to raise; any other error ends this process

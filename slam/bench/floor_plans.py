@@ -102,7 +102,7 @@ def _nearly_square(random: np.random.Generator) -> float:
 def _box(
     random: np.random.Generator, lengths: tuple[float, float], widths: tuple[float, float], yaw: float
 ) -> FloatArray:
-    """Return a box around the sensor, at least CLEARANCE away, with sides drawn from these intervals."""
+    """Return a box in any direction from the sensor, at least CLEARANCE away, with sides drawn from these intervals."""
     length, width = random.uniform(*lengths), random.uniform(*widths)
     nearest = CLEARANCE + np.hypot(length, width) / 2
     bearing, distance = random.uniform(-np.pi, np.pi), random.uniform(nearest, nearest + 2.0)

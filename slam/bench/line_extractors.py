@@ -55,7 +55,8 @@ TUNED: Final = {
 def compared_extractors(ours: LineExtractor, noise_level: str = "spec/3") -> tuple[LineExtractor, ...]:
     """Return the compared extractors: the paper's, this project's, and three others.
 
-    The paper's runs as printed and tuned; split-and-merge, scikit-image's RANSAC and OpenCV's HoughLinesP are tuned.
+    The paper's runs twice, with its printed settings and with tuned ones. Split-and-merge, scikit-image's RANSAC and
+    OpenCV's HoughLinesP are tuned.
     """
     hopping, split_and_merge, ransac, hough = TUNED[noise_level]
     return (

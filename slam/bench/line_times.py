@@ -42,7 +42,7 @@ def time_table(seeds: int) -> ResultTable:
     threads = os.cpu_count() or 1
     one, every = (median_seconds(partial(segments_of_scans, many, ours, noise, n), 2 * ROUNDS) for n in (1, threads))
     notes = (
-        f"One call from Python, 682 beams, spec/3, arrays ready; {ROUNDS} rounds in one process. "
+        f"One call from Python, 682 beams, spec/3, without making the arrays; {ROUNDS} rounds in one process. "
         f"{BATCH_SCANS} scans at once: {1e6 * one / BATCH_SCANS:.1f} us a scan on one thread, "
         f"{1e6 * every / BATCH_SCANS:.1f} on {threads}: {one / every:.2f} times as fast."
     )

@@ -40,7 +40,7 @@ class MappedWorld:
     """Estimated poses of the mapping run, (N, 3)."""
 
     def in_map(self, T_map_base: Pose2D) -> Pose2D:
-        """Return where the map shows a true pose; the error of the map there is that of the run's nearest pose."""
+        """Return the pose in the map for a true pose: shifted by the error of the mapping run's pose nearest to it."""
         k = int(np.argmin(np.hypot(*(self.truth[:, :2] - T_map_base.translation).T)))
         return Pose2D(*self.estimate[k].tolist()) @ Pose2D(*self.truth[k].tolist()).between(T_map_base)
 
@@ -50,13 +50,13 @@ class TrialResult:
     """Result of placing a robot, or of moving it to a new place."""
 
     right_after: float | None
-    """Seconds to the first scan from which it was sure and right until the end; None if it was not at the end."""
+    """Seconds until it was sure and right for good; None if it was not sure and right in the last scan."""
     wrong: int
     """Number of scans in which it was sure, and wrong."""
     errors: tuple[float, ...]
-    """Distances from the true pose since that scan, metres."""
+    """Distances from the true pose in the scans from then on, metres."""
     errors_in_map: tuple[float, ...]
-    """Distances from the true pose's place in the map since that scan, metres."""
+    """Distances in the same scans from the pose that ``in_map`` gives for the true pose, metres."""
     times: tuple[float, ...]
     """Seconds of wall time of every update."""
 

@@ -21,8 +21,8 @@ SPACING: Final = 0.5
 """Metres between the scans of the map; two of opposite heading at each place."""
 REACH: Final = 4.0
 FIXED_SHARE: Final = 0.05
-"""A pose is constrained if walls face every direction: the smallest eigenvalue of the mean outer product of their
-directions, over all beams, is at least this."""
+"""Smallest eigenvalue, above which a pose is constrained, of the mean outer product of the walls' directions over all
+beams: it is 0 if all walls are parallel, and 0.5 if there are as many of one direction as across it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class ScannedWorld:
         return scans
 
     def places(self, count: int) -> list[Pose2D]:
-        """Draw free poses near the route, from which the lidar sees walls across every direction."""
+        """Draw free poses near the route from which walls constrain the lidar's position in every direction."""
         samples, found = sample_path(self._route), list[Pose2D]()
         while len(found) < count:
             place = samples[self._random.integers(len(samples))] + self._random.uniform(-0.5, 0.5, 2)

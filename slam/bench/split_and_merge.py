@@ -31,7 +31,7 @@ class SplitAndMerge:
     def __call__(self, scan: LaserScan) -> Segments:
         """Extract the segments of a scan, sensor frame.
 
-        Each ends at the projections of its end points on its fitted line.
+        The ends of each are its first and last point, projected onto the fitted line.
         """
         points = scan.points()
         runs, lines = _split_and_merge(

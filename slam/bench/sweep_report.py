@@ -12,8 +12,7 @@ from slam.sweep.executor import Executor
 from slam.sweep.process_pool import ProcessPool
 
 TURNS: Final = 5
-"""Number of turns of all executors. As the load of a machine varies, ratios are taken within a turn, and the median is
-shown."""
+"""Number of rounds. As the load of a machine varies, ratios are taken within a round, and their median is shown."""
 
 
 def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTable]:
@@ -26,8 +25,8 @@ def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTabl
             rows += _rows(name, measured)
     columns = ("executor", "jobs", "runs/s", "speed-up", "least, most", "driver\n% of a core", "overhead\ns a run")
     notes = (
-        f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} turns. Additions alone: the "
-        f"speed-up of plain additions in two processes of this machine, in the same turns. Overhead: time of a worker "
+        f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} rounds. Additions alone: the "
+        f"speed-up of plain additions in two processes of this machine, in the same rounds. Overhead: time of a worker "
         f"in which the robot does not drive."
     )
     yield ResultTable("Sweeps, one job and two at a time", columns, rows, notes)

@@ -110,7 +110,7 @@ def _measured(
 
 @dataclass
 class _Stopwatch:
-    """Measures another watcher, keeps the pace, kills a viewer half way, and ends the run."""
+    """Times another watcher at every scan; waits for the next scan, and kills a viewer and ends the run if asked to."""
 
     watcher: RunViewer
     scans: int | None

@@ -31,10 +31,10 @@ def wall_tables(
     found = run_in_workers(run, jobs, "driving in the simulator", console)
     runs = [(*job, run) for job, run in zip(jobs, found, strict=True)]
     groups = {name: [(seed, run) for other, seed, run in runs if other == name] for name, *_ in runs}
-    return [_way_table(groups), _worst_table(groups, again)]
+    return [_map_table(groups), _worst_table(groups, again)]
 
 
-def _way_table(groups: dict[str, list[tuple[int, WallMapRun]]]) -> ResultTable:
+def _map_table(groups: dict[str, list[tuple[int, WallMapRun]]]) -> ResultTable:
     columns = (
         "scenario", "lines", "precision", "recall", "length\ncm", "ends\ncm", "90 %\ncm", "doubled\nm a run",
         "free air\nm a run", "longest\nphantom, m",
@@ -67,7 +67,7 @@ def _shares(score: WallScore) -> tuple[str, str]:
 
 
 def _worst_table(groups: dict[str, list[tuple[int, WallMapRun]]], again: Callable[[str, int], str]) -> ResultTable:
-    """Return the run of each scenario with the longest phantom, and its command; if several, the least precise one."""
+    """List for each scenario the run with the longest phantom, and its command; of several, the least precise one."""
     columns = ("scenario, seed", "ending", "precision", "recall", "free air\nm", "phantom\nm", "command")
     rows = []
     for name, runs in groups.items():

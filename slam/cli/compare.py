@@ -92,7 +92,7 @@ def _cells(values: list[Any]) -> list[str]:
 def _difference(value: Any, first: Any) -> str:
     """Format a difference in percent, or as a factor if the value is at least twice or at most half as large.
 
-    No difference if the first is 0 or of another sign.
+    It is absolute if the first value is 0 or of another sign.
     """
     if not _is_number(value) or not _is_number(first) or value == first:
         return ""

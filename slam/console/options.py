@@ -51,7 +51,8 @@ Rerun = Annotated[
 Ros = Annotated[
     bool,
     typer.Option(
-        "--ros", help="Publish the run on ROS 2 topics, and obey /cmd_vel where a robot can: see docs/topics.md."
+        "--ros",
+        help="Publish the run on ROS 2 topics, and drive a simulated or real robot by /cmd_vel: see docs/topics.md.",
     ),
 ]
 Foxglove = Annotated[
@@ -67,7 +68,7 @@ Pace = Annotated[
     float | None,
     typer.Option(
         metavar="X",
-        help="With topics: factor to real time; inf: as fast as possible; 0: one scan per command. Default: 1.",
+        help="With topics: speed relative to real time; inf: as fast as possible; 0: one scan per command. Default: 1.",
     ),
 ]
 Yes = Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")]

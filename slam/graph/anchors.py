@@ -1,4 +1,4 @@
-"""Poses of the scans of removed submaps: a few rows for each, attached to remaining submaps."""
+"""Poses of the scans of removed submaps, each relative to a submap that remains."""
 
 from array import array
 from collections.abc import Mapping

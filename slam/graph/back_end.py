@@ -26,7 +26,7 @@ from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray
 
 KERNEL: Final = 30.0
-"""chi^2 of a loop's edge at which it loses its weight."""
+"""chi^2 of a loop's edge at which its weight is a quarter."""
 INDEPENDENT: Final = 0.1
 """Share of a match's information that is independent of its neighbours; only that is used for covariances."""
 
@@ -122,7 +122,7 @@ class BackEnd:
         return map_of(zip(self.graph.keys, self.graph.key_poses(), strict=True), SurfelMap(self._config))
 
     def _begin_in_known_graph(self) -> None:
-        """Take over the submaps of an earlier run as finished, and its map as the one that the front end has."""
+        """Begin with the submaps of an earlier run, which are finished; the front end already has their map."""
         self._shown.renew(np.zeros(3))
         for submap in self.graph.submaps.values():
             if len(submap.keys) >= 2:

@@ -27,7 +27,7 @@ LOOP_SIGMAS: Final = np.array([0.1, 0.1, 0.01])
 CONDENSED_SIGMAS: Final = np.array([0.03, 0.03, 0.005])
 """Standard deviations over a loop in the graph, in addition to those of its matches."""
 BELIEVED: Final = 0.3
-"""Least weight of a loop over which candidates are searched."""
+"""Least weight of a loop that joins two submaps in the search of candidates."""
 TOLERANCE: Final = 1e-3
 """The solver stops at a step below this, metres and radians."""
 
@@ -82,13 +82,13 @@ class CondensedGraph:
         return SubmapSteps(first, second, np.array(covariance).reshape(-1, 3, 3))
 
     def chain(self) -> list[Edge]:
-        """Return the edges between the submaps except loops, by their numbers: each to the next, and the ties."""
+        """Return all edges except loops: from each submap to the next, and the ties; ends are numbers of submaps."""
         submaps = self._submaps
         steps = [_step_edge(*pair) for pair in pairwise(submaps) if _follows(*pair)]
         return [*steps, *self._graph.ties.values()]
 
     def edges_of(self, number: int) -> list[Edge]:
-        """Return the edges of a submap, by the numbers of the two submaps; edges of loops with their weights."""
+        """Return the edges of a submap, which join numbers of submaps; information of loops includes their weight."""
         loops = zip(self._edges, self.weights.tolist(), strict=True)
         weighed = [edge._replace(information=weight * edge.information) for edge, weight in loops if weight > BELIEVED]
         return [edge for edge in [*self.chain(), *weighed] if number in (edge.first, edge.second)]
@@ -133,7 +133,7 @@ def _step_edge(submap: Submap, following: Submap) -> Edge:
 
 
 def _condensed(loop: Loop, graph: SubmapGraph) -> Edge:
-    """Return one edge for the whole loop: the pose of the submap in the other, from all its key scans."""
+    """Return one edge for a loop: the pose of one submap in the other, from the edges of all agreeing key scans."""
     submap, other = graph.submaps[loop.submap], graph.submaps[loop.other]
     measured = between(other.T_local_submap, composed(loop.T_other_submap, submap.T_local_submap))
     H, g = np.zeros((3, 3)), np.zeros(3)

@@ -8,7 +8,7 @@ from slam.pose import FloatArray, inverse_poses, wrap_angle
 
 
 def lever(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Return the derivative (3, 3) of first @ second, poses (3,), by ``first``."""
+    """Return the derivative (3, 3) of the product first @ second of two poses (3,) with respect to ``first``."""
     offset = composed(first, second)[:2] - first[:2]
     return np.array([[1.0, 0.0, -offset[1]], [0.0, 1.0, offset[0]], [0.0, 0.0, 1.0]])
 

@@ -14,7 +14,7 @@ from slam.graph.main_edges import find_main_edges, no_main_edges
 from slam.graph.pose_graph import Edges, factorize, linear_system
 from slam.graph.refined_walls import RefinedWalls, refined_walls
 from slam.graph.wall_equations import WallEquations, fit_lines, wall_equations
-from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, FoundWalls, Sights, find_walls, wall_spans
+from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, FoundWalls, PlacedFacets, find_walls, wall_spans
 from slam.lines.facets import NX, NY, VARIANCE, X, Y
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
@@ -86,9 +86,9 @@ def refine(
         local[:, 2] = wrap_angles(local[:, 2])
         step = float(np.sqrt(np.mean(moved[:, :2] ** 2))) if width <= 1.0 else np.inf
         width, rounds = max(0.5 * width, 1.0), rounds + 1
-    sights = sensed.seen_from(local[nodes])
-    walls, equations = _equations(sights, nodes, 1.0, len(poses), settings)
-    return Refinement(compose_poses(origin, local), refined_walls(sights, walls, equations, origin), rounds)
+    placed = sensed.seen_from(local[nodes])
+    walls, equations = _equations(placed, nodes, 1.0, len(poses), settings)
+    return Refinement(compose_poses(origin, local), refined_walls(placed, walls, equations, origin), rounds)
 
 
 class _Sensed(NamedTuple):
@@ -109,13 +109,13 @@ class _Sensed(NamedTuple):
         variances = settings.correlation * (together[walls, VARIANCE] + settings.floor**2)
         return cls(together[walls], variances, scans[walls])
 
-    def seen_from(self, poses: FloatArray) -> Sights:
+    def seen_from(self, poses: FloatArray) -> PlacedFacets:
         """Return the facets, transformed by the sensor's poses (K, 3)."""
         c, s = np.cos(poses[:, 2])[self.scans], np.sin(poses[:, 2])[self.scans]
         x, y, nx, ny = self.facets[:, [X, Y, NX, NY]].T
         levers = np.column_stack([c * x - s * y, s * x + c * y])
         normals = np.column_stack([c * nx - s * ny, s * nx + c * ny])
-        return Sights(poses[self.scans, :2] + levers, normals, levers, self.variances, self.scans)
+        return PlacedFacets(poses[self.scans, :2] + levers, normals, levers, self.variances, self.scans)
 
 
 def _beside_walls(edges: Edges, weights: FloatArray, nodes: IntArray, count: int, reused: float) -> FloatArray:
@@ -127,19 +127,19 @@ def _beside_walls(edges: Edges, weights: FloatArray, nodes: IntArray, count: int
 
 
 def _equations(
-    sights: Sights, nodes: IntArray, width: float, count: int, settings: RefinementSettings
+    placed: PlacedFacets, nodes: IntArray, width: float, count: int, settings: RefinementSettings
 ) -> tuple[FoundWalls, WallEquations]:
     """Find the walls, and their equations for ``count`` poses."""
     kernel = width * settings.kernel
-    walls = find_walls(sights, width * settings.straight, width * settings.gap)
-    walls = walls._replace(lines=fit_lines(sights, walls, kernel))
+    walls = find_walls(placed, width * settings.straight, width * settings.gap)
+    walls = walls._replace(lines=fit_lines(placed, walls, kernel))
     main = no_main_edges(len(walls.lines))
     if settings.directions:
-        spans = wall_spans(sights.points, walls.lines, walls.sights, walls.begins)
+        spans = wall_spans(placed.points, walls.lines, walls.facets, walls.begins)
         theta = np.arctan2(walls.lines[:, LINE_NY], walls.lines[:, LINE_NX])
         places = walls.lines[:, LINE_X : LINE_Y + 1]
         main = find_main_edges(theta, spans[:, 1] - spans[:, 0], places)
-    return walls, wall_equations(sights, nodes, walls, main, kernel, count)
+    return walls, wall_equations(placed, nodes, walls, main, kernel, count)
 
 
 def _conjugate_gradients(

@@ -23,7 +23,8 @@ class Loop:
     other: int
     """Number of the earlier submap."""
     T_other_submap: FloatArray
-    """(3,): transform from ``local`` at the time of the submap to ``local`` at the time of the other."""
+    """(3,): transform of poses from ``local`` as it is at the submap to ``local`` as it was at the other one; without
+    drift between the two it would be zero."""
     proposal: Proposal
     tested: int
     """Number of key scans of the submap near the other's path."""
@@ -54,7 +55,8 @@ def loop_keys(
     The first is the middle one of the agreeing key scans of the found submap. The second is the key scan nearest to it
     in the submap in which the loop was found.
 
-    ``keys_of`` has the key scans of every submap, ``key_of`` gives that of a node; ``poses`` (K, 3) are those of all.
+    ``keys_of`` has the key scans of every submap, ``key_of`` returns the key scan of a node, and ``poses`` (K, 3) are
+    the poses of all key scans.
     """
     pairs = []
     for loop in loops:

@@ -9,7 +9,7 @@ from slam.graph.loop import Loop, Proposal
 from slam.graph.loop_check import Check, KeyMatch, LoopCheck, distances_to
 from slam.graph.place_search import Window, find_places
 from slam.graph.pose_graph import Edge
-from slam.graph.single_poses import between, composed, undone
+from slam.graph.single_poses import between, composed, composed_with_inverse
 from slam.graph.submap import Submap, SubmapMap, SubmapMaps
 from slam.graph.submap_graph import LOOP_SIGMAS, SubmapGraph, turned_information
 from slam.graph.submap_view import SubmapView
@@ -95,7 +95,7 @@ class LoopSearch:
         for place in places[places[:, SCORE] >= FOLLOWED_SHARE * places[:, SCORE].max(initial=0.0)]:
             start = place[PLACE_X:].copy()
             fit = solve(facets, start, start, FOUND_INFORMATION, grid, settings)
-            found = undone(fit.pose, view.path[middle])
+            found = composed_with_inverse(fit.pose, view.path[middle])
             checks.append(self._check.check(view, found, other, grid))
         checks.sort(key=lambda check: -check.agreement)
         if not checks or not checks[0].passed:

@@ -11,7 +11,7 @@ import numpy as np
 
 from slam.config import LeastSquaresConfig, SurfelMapConfig
 from slam.graph.key_scan import KeyScan
-from slam.graph.single_poses import composed, undone
+from slam.graph.single_poses import composed, composed_with_inverse
 from slam.mapping.directions import Directions
 from slam.mapping.surfel_grid import Grid
 from slam.matching.least_squares import SolverSettings, solve
@@ -63,7 +63,7 @@ class MapTracking:
         fit = solve(key.facets, prior, prior, self._information, grid, self._settings)
         if fit.inliers < min(AGREEING[0], AGREEING[1] * key.agreeing_share) * len(key.facets):
             return T_map_local
-        return undone(fit.pose, key.T_local_laser)
+        return composed_with_inverse(fit.pose, key.T_local_laser)
 
     def _found(self, key: KeyScan, T_map_local: FloatArray, grid: Grid) -> tuple[FloatArray, list[KeyScan]]:
         """Search the pose of ``local`` around the scan, for all key scans that wait for it."""
@@ -77,4 +77,4 @@ class MapTracking:
         if not agrees and len(self._waiting) < MAX_WAITING:
             return T_map_local, []
         known, self._waiting = self._waiting, []
-        return undone(found.fit.pose, key.T_local_laser) if agrees else T_map_local, known
+        return composed_with_inverse(found.fit.pose, key.T_local_laser) if agrees else T_map_local, known

@@ -27,7 +27,7 @@ BELIEVED: Final = 0.5
 NEAR, TURNED = 1.0, np.radians(30.0)
 """Largest distance and heading difference, metres and radians, of two key scans that see the same."""
 ENOUGH: Final = 6
-"""Number of such key scans that make another one redundant; places that were driven only twice are kept."""
+"""A key scan is redundant if this many earlier ones see the same; so places that were driven only twice are kept."""
 MIN_AGREEING: Final = 0.8
 """Least share of the key scans of a submap that agree with the submaps in which it was found."""
 UNCHANGED: Final = 0.8
@@ -45,7 +45,8 @@ class Pruning:
     def prune(self, finished: int) -> Remaining | None:
         """Judge the submaps before the last finished one; if one was removed, return the remaining parts of the graph.
 
-        Neighbours share half of their key scans, so that only every other submap would stay.
+        A redundant submap is only removed if the one before it is gone, or the one after it is redundant too: two
+        neighbours share half of their key scans.
         """
         number = finished - DELAY
         if self._is_redundant(number + 1):
@@ -79,7 +80,7 @@ class Pruning:
         return len(agreeing.intersection(submap.keys)) >= MIN_AGREEING * len(submap.keys)
 
     def _is_covered(self, submap: Submap) -> bool:
-        """Return True if every key scan of a submap is near enough others of earlier submaps."""
+        """Return True if near every key scan of a submap there are ENOUGH key scans of earlier submaps."""
         graph = self._graph
         earlier = [k for k in range(submap.keys[0]) if max(graph.keys[k].submaps) < submap.number - 1]
         own, others = self._poses(submap.keys), self._poses(earlier)
@@ -131,7 +132,7 @@ def _from(number: int, edges: Iterable[Edge]) -> list[Edge]:
 def _star(surest: Edge, edges: Iterable[Edge]) -> list[Edge]:
     """Return the edges that replace a removed node: from its neighbour at ``surest`` to each other neighbour.
 
-    They are exact between that neighbour and each other one, and conservative between two others.
+    Between that neighbour and any other one their covariance is exact; between two others it is too large.
     """
     back = inverted(surest)
     ties = [joined(back, edge) for edge in edges if edge.second != surest.second]

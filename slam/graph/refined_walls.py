@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.graph.wall_equations import WallEquations
-from slam.graph.wall_landmarks import FoundWalls, Sights, wall_spans
+from slam.graph.wall_landmarks import FoundWalls, PlacedFacets, wall_spans
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -14,8 +14,8 @@ class RefinedWalls(NamedTuple):
     """M walls, map frame."""
 
     ends: FloatArray
-    """(M, 2, 2): [wall, start or end, x or y], metres, the sensor to the left: ends of the outermost facets that see
-    the wall; there may be doors between."""
+    """(M, 2, 2): [wall, start or end, x or y], metres, with the sensor to the left. A wall reaches from the first to
+    the last of its facets; there may be doors between."""
     covariance: FloatArray
     """(M, 2, 2): covariance of a wall's offset at its middle and of its direction, given the poses; m^2, m rad,
     rad^2."""
@@ -27,9 +27,11 @@ class RefinedWalls(NamedTuple):
     """(M,): node of the key scan with the most information about it."""
 
 
-def refined_walls(sights: Sights, walls: FoundWalls, equations: WallEquations, T_map_local: FloatArray) -> RefinedWalls:
-    """Transform the walls of sights in the frame ``local`` by this pose (3,) in the map."""
-    spans = wall_spans(sights.points, walls.lines, walls.sights, walls.begins)
+def refined_walls(
+    placed: PlacedFacets, walls: FoundWalls, equations: WallEquations, T_map_local: FloatArray
+) -> RefinedWalls:
+    """Return the refined walls in the map; all arguments are in the frame ``local``, whose pose is ``T_map_local``."""
+    spans = wall_spans(placed.points, walls.lines, walls.facets, walls.begins)
     nx, ny, x, y = walls.lines.T
     ends = np.column_stack([x, y])[:, None] + spans[:, :, None] * np.column_stack([-ny, nx])[:, None]
     J = np.tile(np.eye(2), (len(spans), 1, 1))
@@ -46,8 +48,8 @@ def wall_covariances(walls: RefinedWalls, poses: FloatArray, covariances: FloatA
 
     The poses (N, 3) have the covariances (N, 3, 3).
 
-    A wall has the error of its anchor, plus its own given the poses. Other scans of the wall correlate the two, which
-    is ignored: the result is rather too large.
+    The covariance of a wall is that of its anchor's pose, plus its own for known poses. Their correlation, by other
+    scans that see the wall, is ignored: the result is rather too large.
     """
     along = walls.ends[:, 1] - walls.ends[:, 0]
     tx, ty = (along / np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-12)[:, None]).T
@@ -59,7 +61,7 @@ def wall_covariances(walls: RefinedWalls, poses: FloatArray, covariances: FloatA
 
 
 def _anchors(equations: WallEquations) -> IntArray:
-    """Return the node of the pair of each wall that has the most weight, (M,)."""
+    """Return the node of the scan that has the most weight in each wall, (M,)."""
     weight = np.hypot(equations.coupling[:, 0, 0], equations.coupling[:, 1, 0])
     wall = np.repeat(np.arange(len(equations.begins) - 1), np.diff(equations.begins))
     best_first = np.lexsort((-weight, wall))

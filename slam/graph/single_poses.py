@@ -23,8 +23,8 @@ def between(T_a_b: FloatArray, T_a_c: FloatArray) -> FloatArray:
 
 
 @compiled
-def undone(T_a_b: FloatArray, T_c_b: FloatArray) -> FloatArray:
-    """Return ``T_a_c`` (3,) of a frame from which ``b`` has the pose ``T_c_b``: T_a_b @ T_c_b^-1."""
+def composed_with_inverse(T_a_b: FloatArray, T_c_b: FloatArray) -> FloatArray:
+    """Return ``T_a_c`` (3,) from the poses of ``b`` in ``a`` and in ``c``: T_a_b @ T_c_b^-1."""
     turn = T_a_b[2] - T_c_b[2]
     c, s = np.cos(turn), np.sin(turn)
     return np.array([T_a_b[0] - c * T_c_b[0] + s * T_c_b[1], T_a_b[1] - s * T_c_b[0] - c * T_c_b[1], wrapped(turn)])

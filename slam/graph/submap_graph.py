@@ -11,7 +11,7 @@ from slam.graph.known_graph import KnownGraph
 from slam.graph.loop import Loop
 from slam.graph.odometry_error import OdometryError, motion_errors
 from slam.graph.pose_graph import BREAK, NO_LOOP, Edge
-from slam.graph.single_poses import between, composed, undone
+from slam.graph.single_poses import between, composed, composed_with_inverse
 from slam.graph.submap import Submap
 from slam.pose import FloatArray, compose_poses
 
@@ -61,7 +61,7 @@ class SubmapGraph:
 
     def correction(self, submap: Submap) -> FloatArray:
         """Return ``T_map_local`` (3,) at this submap."""
-        return undone(self.poses[submap.node], submap.T_local_submap)
+        return composed_with_inverse(self.poses[submap.node], submap.T_local_submap)
 
     def number_of(self, node: int) -> int:
         """Return the index of the key scan of a node."""
@@ -73,20 +73,20 @@ class SubmapGraph:
 
     def add(self, key: KeyScan) -> None:
         """Add a key scan, and the submap that begins with it."""
-        number, T_map_local, anew = len(self.keys), self._T_map_local(key), self.is_first_of_run(key)
+        number, T_map_local, first_of_run = len(self.keys), self._T_map_local(key), self.is_first_of_run(key)
         pose = composed(T_map_local, key.T_local_laser)
         self.added_count += 1
-        self._follows.append(not anew)
+        self._follows.append(not first_of_run)
         self.keys.append(key)
         self.key_nodes.append(self._new_node(pose))  # the first of all is fixed
         self._number_of[self.key_nodes[number]] = number
         for name in key.submaps:
             if name not in self.submaps:
-                broken = (key.broken and name == key.submaps[0]) or (anew and number > 0)
+                broken = (key.broken and name == key.submaps[0]) or (first_of_run and number > 0)
                 self.submaps[name] = Submap(name, self._new_node(pose), key.T_local_laser, broken)
         for name in key.submaps:
             self._join_to_submap(number, self.submaps[name])
-        if anew and number > 0:
+        if first_of_run and number > 0:
             self._join_to_nearest(self.submaps[key.submaps[0]])
 
     def is_first_of_run(self, key: KeyScan) -> bool:

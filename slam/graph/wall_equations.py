@@ -18,7 +18,7 @@ import numpy as np
 
 from slam.compiled import compiled, compiled_on_views
 from slam.graph.main_edges import MainEdges
-from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, FoundWalls, Sights
+from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, FoundWalls, PlacedFacets
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -54,22 +54,22 @@ class WallEquations(NamedTuple):
         return _reaction(self.begins, self.nodes, self.coupling, self.blocks, turned, poses)
 
 
-def fit_lines(sights: Sights, walls: FoundWalls, kernel: float) -> FloatArray:
+def fit_lines(placed: PlacedFacets, walls: FoundWalls, kernel: float) -> FloatArray:
     """Return the lines (M, 4) that fit the facets of the walls best, at the present poses."""
     lines = walls.lines.copy()
-    _fit_lines(sights, walls.sights, walls.begins, kernel, lines)
+    _fit_lines(placed, walls.facets, walls.begins, kernel, lines)
     return lines
 
 
 def wall_equations(
-    sights: Sights, nodes: IntArray, walls: FoundWalls, main: MainEdges, kernel: float, count: int
+    placed: PlacedFacets, nodes: IntArray, walls: FoundWalls, main: MainEdges, kernel: float, count: int
 ) -> WallEquations:
     """Return the normal equations at the present poses and lines, for ``count`` nodes.
 
     ``nodes`` (K,) are those of the scans.
     """
-    begins = _pair_begins(sights.scans, walls.sights, walls.begins)
-    seen_by, coupling, blocks, gradient, D, forces, squares = _linearized(sights, nodes, walls, kernel, begins, count)
+    begins = _pair_begins(placed.scans, walls.facets, walls.begins)
+    seen_by, coupling, blocks, gradient, D, forces, squares = _linearized(placed, nodes, walls, kernel, begins, count)
     D[:, 1, 1] += MIN_SCATTER**2 * D[:, 0, 0] + main.information
     forces[:, 1] += main.information * main.error
     covariance = np.asarray(np.linalg.inv(D), np.float64)
@@ -87,16 +87,16 @@ def _slack(main: MainEdges, covariance: FloatArray) -> FloatArray:
 
 
 @compiled_on_views
-def _fit_lines(sights: Sights, numbers: IntArray, begins: IntArray, kernel: float, lines: FloatArray) -> None:
+def _fit_lines(placed: PlacedFacets, numbers: IntArray, begins: IntArray, kernel: float, lines: FloatArray) -> None:
     for m in range(len(lines)):
         for _ in range(FIT_ROUNDS):
             nx, ny, cx, cy = lines[m]
             w0 = ws = wss = wr = wrs = 0.0
             for i in range(begins[m], begins[m + 1]):
                 f = numbers[i]
-                dx, dy = sights.points[f, 0] - cx, sights.points[f, 1] - cy
+                dx, dy = placed.points[f, 0] - cx, placed.points[f, 1] - cy
                 r, s = nx * dx + ny * dy, nx * dy - ny * dx
-                w = _weight(r, sights.variances[f], kernel)
+                w = _weight(r, placed.variances[f], kernel)
                 w0, ws, wss = w0 + w, ws + w * s, wss + w * s * s
                 wr, wrs = wr + w * r, wrs + w * r * s
             mean_s, mean_r = ws / w0, wr / w0
@@ -128,7 +128,7 @@ def _pair_begins(scans: IntArray, numbers: IntArray, begins: IntArray) -> IntArr
 
 @compiled
 def _linearized(
-    sights: Sights, nodes: IntArray, walls: FoundWalls, kernel: float, begins: IntArray, count: int
+    placed: PlacedFacets, nodes: IntArray, walls: FoundWalls, kernel: float, begins: IntArray, count: int
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the nodes of the pairs and the linearised equations of pairs and walls.
 
@@ -143,15 +143,15 @@ def _linearized(
         nx, ny, cx, cy = walls.lines[m]
         p, last = begins[m] - 1, -1
         for i in range(walls.begins[m], walls.begins[m + 1]):
-            f = walls.sights[i]
-            if sights.scans[f] != last:
-                p, last = p + 1, sights.scans[f]
+            f = walls.facets[i]
+            if placed.scans[f] != last:
+                p, last = p + 1, placed.scans[f]
                 seen_by[p] = nodes[last]
             k = seen_by[p]
-            dx, dy = sights.points[f, 0] - cx, sights.points[f, 1] - cy
+            dx, dy = placed.points[f, 0] - cx, placed.points[f, 1] - cy
             r, s = nx * dx + ny * dy, nx * dy - ny * dx
-            w = _weight(r, sights.variances[f], kernel)
-            J[0], J[1], J[2] = nx, ny, sights.levers[f, 0] * ny - sights.levers[f, 1] * nx
+            w = _weight(r, placed.variances[f], kernel)
+            J[0], J[1], J[2] = nx, ny, placed.levers[f, 0] * ny - placed.levers[f, 1] * nx
             for a in range(3):
                 for b in range(3):
                     blocks[k, a, b] += w * J[a] * J[b]

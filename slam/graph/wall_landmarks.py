@@ -18,7 +18,7 @@ SIDES: Final = 16
 CELL: Final = 0.3
 """Length of a piece along a wall, metres."""
 TABLE: Final = 512
-"""Cells to each side of the table of pieces, which is repeated over the plane."""
+"""Rows and columns of the table of pieces; cells this many apart share an entry."""
 NEIGHBOURS = 2  # cells to each side in which a wall may continue
 WALL_COSINE = 0.95  # least cosine between the normals of a piece and of its wall
 SIGMAS = 0.5  # standard deviations of a piece's position that are added to the largest deviation from a straight wall
@@ -30,7 +30,7 @@ LINE_NX, LINE_NY, LINE_X, LINE_Y = range(4)
 """Columns of lines (M, 4): unit normal away from the sensor, and a point in the middle of the seen part."""
 
 
-class Sights(NamedTuple):
+class PlacedFacets(NamedTuple):
     """Facets of all key scans in one frame, in the order of the scans."""
 
     points: FloatArray
@@ -50,33 +50,33 @@ class FoundWalls(NamedTuple):
 
     lines: FloatArray
     """(M, 4)."""
-    sights: IntArray
+    facets: IntArray
     """(G,): indices of facets, sorted by wall and within a wall by scan."""
     begins: IntArray
     """(M + 1,): first facet of each wall, and G."""
 
 
-def find_walls(sights: Sights, straight: float, gap: float) -> FoundWalls:
+def find_walls(placed: PlacedFacets, straight: float, gap: float) -> FoundWalls:
     """Find the walls that at least two scans see.
 
     Neighbouring facets of a piece are no farther apart across it than ``gap``, metres, and a piece lies no farther off
     the line of its wall than ``straight``, metres.
     """
-    information = 1.0 / sights.variances
-    cell, key = _sort_keys(sights.points, sights.normals)
+    information = 1.0 / placed.variances
+    cell, key = _sort_keys(placed.points, placed.normals)
     order = np.argsort(key, kind="stable")
-    piece_of, pieces = _pieces(sights.points, sights.normals, information, cell, order, gap)
+    piece_of, pieces = _pieces(placed.points, placed.normals, information, cell, order, gap)
     columns_rows = np.floor(pieces[:, WX : WY + 1] / (CELL * pieces[:, W : W + 1])).astype(np.int64)
     heaviest_first = np.argsort(-pieces[:, W], kind="stable")
     wall_of_piece, lines = _grow_walls(pieces, columns_rows, heaviest_first, straight)
-    return FoundWalls(*_sort_by_wall(wall_of_piece[piece_of], sights.scans, lines))
+    return FoundWalls(*_sort_by_wall(wall_of_piece[piece_of], placed.scans, lines))
 
 
 @compiled
 def wall_spans(points: FloatArray, lines: FloatArray, numbers: IntArray, begins: IntArray) -> FloatArray:
     """Return begin and end of each wall along its line (M, 4), (M, 2), metres from the point of the line.
 
-    The other arguments are those of Sights and FoundWalls.
+    The other arguments are those of PlacedFacets and FoundWalls.
     """
     spans = np.empty((len(lines), 2))
     for m in range(len(lines)):
@@ -93,7 +93,8 @@ def wall_spans(points: FloatArray, lines: FloatArray, numbers: IntArray, begins:
 def _sort_keys(points: FloatArray, normals: FloatArray) -> tuple[IntArray, IntArray]:
     """Return the cell of each facet, and a key that sorts the facets of a cell; (F,) each.
 
-    The cell is by the side of the facet and its position along it; the order is across the wall.
+    The cell depends on the direction that the facet faces and on its position along the wall; the key sorts by the
+    position across the wall.
     """
     cell, key = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
     for f in range(len(points)):
@@ -227,10 +228,10 @@ def _sort_by_wall(wall_of: IntArray, scans: IntArray, lines: FloatArray) -> tupl
             at[m] = begins[count]
             begins[count + 1] = begins[count] + counts[m]
             count += 1
-    sights = np.empty(begins[count], np.int64)
+    facets = np.empty(begins[count], np.int64)
     for f in range(len(wall_of)):
         m = wall_of[f]
         if at[m] >= 0:
-            sights[at[m]] = f
+            facets[at[m]] = f
             at[m] += 1
-    return kept[:count], sights, begins[: count + 1]
+    return kept[:count], facets, begins[: count + 1]

@@ -15,7 +15,7 @@ the normal (m^2), number of points, and 1 if the previous facet is of the same s
 RANGE_FLOOR = 0.003  # metres: least standard deviation of a range; the matcher adds that of walls that are not flat
 CLUSTER_GAP = 0.10  # metres, the largest gap between neighbouring points of a cluster
 CLUSTER_SIZE = 0.15  # metres, the largest size of a cluster
-TRUNCATED_SIGMAS = 2.5  # within so many standard deviations of the range limit, readings are too short
+TRUNCATED_SIGMAS = 2.5  # standard deviations before the range limit from which the longer readings are missing
 
 
 def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:

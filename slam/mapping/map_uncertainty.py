@@ -11,8 +11,8 @@ from slam.pose import FloatArray, Pose2D
 TILE: Final = 2.0
 """Side of a square of the map, metres, that moves as one piece."""
 AVERAGED: Final = 13.0
-"""Path into a new area, metres and radians, after which the map there has the variance of one more match. It takes so
-long because many scans make the map, and their errors average."""
+"""Length of a path into a new area, metres and radians, over which the variance of the map grows by that of one match.
+It grows so slowly because the map is made of many scans, whose errors average."""
 END_DISTANCE: Final = 2.0 * TILE
 """Distance from the last growth of the map, metres, beyond which the frontier ends."""
 

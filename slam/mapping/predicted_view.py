@@ -24,7 +24,7 @@ CLUSTER_WIDTH = 0.05  # metres to each side
 
 
 class View(NamedTuple):
-    """Shares of the beams with a reading; for the rest the map predicts no wall."""
+    """Three shares of the beams with a reading; for the remaining beams the map predicts no wall."""
 
     agreeing: float
     """Share that ends on the predicted wall."""
@@ -86,7 +86,7 @@ def _predict(
     s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: float, half: float, nearest: FloatArray,
     across: FloatArray, surely: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Set the surfel as the predicted wall of its beams, if nothing nearer is known."""
+    """Predict a surfel as the wall for the beams that meet it, except where a nearer one is predicted already."""
     dx, dy = s[X] - pose[0], s[Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)
     if not half < distance < reach:

@@ -7,9 +7,9 @@ from slam.pose import FloatArray
 
 BESIDE = 0.30  # metres: two walls this near that face the same side show the same wall, as one would hide the other
 SAME_WAY = 0.94  # least cosine between the normals of two such walls
-NEAR = 0.12  # metres: a rarely seen line this near to a wall, at another angle, is made of the wall's echoes
+NEAR = 0.12  # metres: a rarely seen line this near to a wall, at another angle, comes from echoes of that wall
 SAME_SIDE = 0.3  # least cosine between the normals of the two: otherwise they may form a corner
-HARDLY_SEEN = 0.5  # share of the mean count of the wall
+HARDLY_SEEN = 0.5  # a line is rarely seen if its mean count is below this share of that of the wall
 
 
 def without_doubles(ends: FloatArray, support: FloatArray, shortest: float) -> FloatArray:

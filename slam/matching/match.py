@@ -23,8 +23,8 @@ class Match:
     covariance: FloatArray | None = None
     """Covariance (3, 3) of the base's x, y, theta in the map; m^2, m rad, rad^2; None if the method has none."""
     unconstrained: FloatArray | None = None
-    """Unit directions (K, 3) of x, y and lever times theta, map frame, that the scan did not constrain and the prior
-    fixes; None if the method has none."""
+    """Unit directions (K, 3) in which the scan did not constrain the pose, so that the prior decides; of x, y and theta
+    times a lever, map frame; None if the method has none."""
     searched: bool = False
     """True if the coarse search was used."""
     lost: bool = False

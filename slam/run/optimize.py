@@ -50,8 +50,8 @@ class Optimization:
         record = self.record
         if known := record.known_map:
             raise InputError(
-                f"{record.folder}: it went on in {known.map}, whose scans are not in its log; close its loops again "
-                f"with hopslam replay {record.folder} --map {known.map} --start {known.start}"
+                f"{record.folder}: it continued the map {known.map}, whose scans are not in its log; close its loops "
+                f"again with hopslam replay {record.folder} --map {known.map} --start {known.start}"
             )
         closed, walls = self._close(console)
         folder = record.folder if out is None else _copied(record.folder, make_run_folder(record.config.name, out))
@@ -71,7 +71,7 @@ class Optimization:
 
     @property
     def _timing(self) -> Timing:
-        """Rule for closures: with the same settings, the scans of the run."""
+        """When closures are applied: at the same scans as in the run, unless the settings were changed."""
         closures = self.record.traces.closures
         return STEPPED if self.changed or closures is None else Timing(known=closures)
 

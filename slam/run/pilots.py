@@ -30,7 +30,7 @@ _GO_DISTANCE: Final = 0.9
 
 
 class RouteProgress:
-    """Way-points that are passed in order, each within ``arrival`` metres of it."""
+    """Way-points that are passed in order; one is passed when the robot is within ``arrival`` metres of it."""
 
     def __init__(self, start: Pose2D, waypoints: Sequence[Point], arrival: float) -> None:
         self._arrival = arrival
@@ -154,7 +154,7 @@ class Wanderer:
 
 
 def _room(scan: LaserScan) -> tuple[float, float]:
-    """Return the free metres ahead, and the side with more room: positive for left, near 1 at most."""
+    """Return the free metres ahead, and the side with more room, from -1, all to the right, to 1, all to the left."""
     ranges = np.where(scan.echoes, scan.ranges, np.where(np.isposinf(scan.ranges), scan.range_max, np.inf))
     known, angles = np.isfinite(ranges), scan.bearings
     x, y = ranges[known] * np.cos(angles[known]), ranges[known] * np.sin(angles[known])

@@ -11,6 +11,7 @@ from gymnasium.spaces import Box, Dict
 from numpy.typing import NDArray
 
 from slam.errors import RobotError
+from slam.files.ros.decimals import as_recorded
 from slam.lidars import Lidar
 from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
@@ -28,10 +29,10 @@ ObservationDict = dict[str, Float32Array]
 class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
     """A robot behind ``reset`` and ``step``; one step is one scan.
 
-    Observations are ``scan`` (beams,), metres, where no echo reads ``range_max`` and too close reads 0, and
+    Observations are ``scan`` (beams,), metres, with ``range_max`` for no echo and 0 for an echo that is too close, and
     ``odometry`` (5,): x, y, theta, linear and angular velocity. The fan is always that of ``lidar``: each beam is the
-    nearest one of the measured scan. The action is (v, omega) in m/s and rad/s; its space ends at 1 of each, for
-    learning algorithms, and faster commands are allowed up to the limits of the robot. ``info`` has the whole
+    nearest one of the measured scan. The action is (v, omega) in m/s and rad/s. Its space is limited to 1 of each, as
+    learning algorithms need, but faster commands up to the limits of the robot are accepted. ``info`` has the whole
     ``Observation`` under ``observation`` and, after a step, the velocity that was ``applied``. The reward is 0.
     """
 
@@ -98,9 +99,11 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         """Wait for a scan later than the last one; RobotError after too long a wait."""
         for _ in range(_MAX_LATE):
             observation = self.robot.observe()
-            if observation is None or observation.scan.stamp - self._stamp >= _MIN_STEP:
-                self._stamp = self._stamp if observation is None else observation.scan.stamp
-                return observation
+            if observation is None:
+                return None
+            if observation.scan.stamp - self._stamp >= _MIN_STEP:
+                self._stamp = observation.scan.stamp
+                return as_recorded(observation)
             _LOG.warning(
                 "a scan is left out: its stamp %.6f s is not later than %.6f s", observation.scan.stamp, self._stamp
             )

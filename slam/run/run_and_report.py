@@ -120,7 +120,8 @@ def _walls(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:
         ),
     )
     yield "wall errors", "length {} m; ends {} m (median), {} m (90 %)".format(*(known[key] for key in _WALL_ERRORS))
-    yield "false walls", "{} m in free air, the longest {} m; {} m twice".format(*(known[key] for key in _WALL_FAULTS))
+    faults = (known[key] for key in _WALL_FAULTS)
+    yield "false walls", "{} m in free air, the longest {} m; {} m shown twice".format(*faults)
 
 
 def _localization(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:

@@ -36,9 +36,10 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
 
 @contextmanager
 def warming_up(console: Terminal, config: SlamConfig, search: bool = False, wait: bool = False) -> Iterator[None]:
-    """Compile what each scan needs; what loop closing needs is compiled while the block runs, or first with ``wait``.
+    """Compile the hot loops of every scan before the block runs, and those of loop closing while it runs.
 
-    A block that closes loops earlier waits for what it needs.
+    With ``wait`` all are compiled before the block. If the block needs a function that is not compiled yet, it waits
+    for it.
     """
     began = perf_counter()
     with ExitStack() as beside:

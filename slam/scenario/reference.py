@@ -32,7 +32,7 @@ def scenario_reference() -> str:
 
 
 def _choices_named(text: str, sections: Schema) -> str:
-    """Let a key that chooses among sections name the choice in each link, as in ``kind: office``."""
+    """Replace the text of a link to a section that a key chooses by the choice, as in ``kind: office``."""
     for name, section in sections.items():
         if choice := _choice(section):
             text = text.replace(f"[section](#{name.lower()})", f"[{choice}](#{name.lower()})")

@@ -14,7 +14,7 @@ from slam.scenario.validation_message import validation_message
 from slam.scenario.yaml_file import KeyPath
 
 _ATTEMPTS: Final = 50
-"""Number of draws with a solid at a position of the robot before it is an error."""
+"""Number of draws after which it is an error if a solid is at the robot's start or at a way-point in all of them."""
 
 
 class ScenarioTemplate:

@@ -76,7 +76,7 @@ class Folder:
 
     @contextmanager
     def draft(self) -> Iterator[Path]:
-        """Make a temporary folder on this machine, for ``move_in``: on this folder's file system, if possible."""
+        """Make a temporary folder for ``move_in``: inside this folder, or on this machine if the folder is at a URL."""
         if self.path is not None:
             self.path.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(prefix=DRAFT, dir=self.path, ignore_cleanup_errors=True) as draft:

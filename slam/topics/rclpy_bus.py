@@ -22,7 +22,7 @@ _NEEDED: Final = (
     "visualization_msgs",
 )
 _SENT, _HEARD = 100, 1000
-"""Messages that may wait for a slow reader, and for this program."""
+"""Numbers of messages that may wait until a slow reader takes them, and until this program does."""
 
 
 def has_ros() -> bool:
@@ -31,7 +31,10 @@ def has_ros() -> bool:
 
 
 class RclpyBus:
-    """Topics of nodes named hopslam, with domain and range as in RosNetwork; own messages come back too."""
+    """Topics of nodes named hopslam. Domain and range are those of ROS's variables; the default range is this machine.
+
+    Unlike on RosBus, this program also hears its own messages.
+    """
 
     def __init__(self) -> None:
         self._nodes: list[_Node] = []
@@ -55,7 +58,7 @@ class RclpyBus:
         self._publishers[topic].publish(message)
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
-        """Call ``heard``, in a thread of a node, with each message of another program."""
+        """Call ``heard``, in a thread of a node, with each message on the topic."""
         self._node_for(topic).subscribe(topic, heard)
 
     def _node_for(self, topic: Topic) -> _Node:

@@ -105,10 +105,10 @@ def assert_is_map(heard: dict[str, Any], folder: Path) -> None:
     import yaml
     from PIL import Image
 
-    told = yaml.safe_load((folder / "map.yaml").read_text())
-    assert (heard["x"], heard["y"]) == pytest.approx(told["origin"][:2], abs=1e-6)
-    assert heard["resolution"] == pytest.approx(told["resolution"])
-    picture = np.asarray(Image.open(folder / told["image"]))[::-1]
+    description = yaml.safe_load((folder / "map.yaml").read_text())
+    assert (heard["x"], heard["y"]) == pytest.approx(description["origin"][:2], abs=1e-6)
+    assert heard["resolution"] == pytest.approx(description["resolution"])
+    picture = np.asarray(Image.open(folder / description["image"]))[::-1]
     cells = np.frombuffer(bytes.fromhex(heard["cells"]), np.int8).reshape(heard["height"], heard["width"])
     assert cells.shape == picture.shape
     assert_allclose(cells == 100, picture < 64)

@@ -57,8 +57,8 @@ def block_table(seed: int, config: SlamConfig, console: Terminal, scans: int = S
         "tried", "accepted", "wrong", "believed", "wrong,\nbelieved",
     )  # fmt: skip
     notes = (
-        "A lidar of 361 beams and 20 m, a scan every half metre. Milliseconds and seconds are wall time: a stepped run "
-        "waits for its back end. Memory: peak; that of the front end without the log and the code."
+        "A lidar of 361 beams and 20 m, a scan every half metre. Milliseconds and seconds are wall time, in which the "
+        "front end also waits for its back end. Memory: peak; that of the front end without the log and the code."
     )
     return ResultTable(f"A building of blocks, seed {seed}", columns, rows, notes)
 

@@ -22,7 +22,8 @@ PAPER_SECONDS: Final = (28.36, 14.90, 10.01, 7.68, 6.08, 5.09, 5.25)
 PAPER_SPEED_UP: Final = (1.00, 1.90, 2.83, 3.68, 4.66, 5.56, 5.40)
 SIGMA_TH: Final = 25.0 / 1024
 NOISE: Final = 0.0003
-"""Noise of the points, metres: with 0.5 mm or more, sigma_3 of 2280 points exceeds the threshold for one segment."""
+"""Noise of the points, metres. With 0.5 mm or more, sigma_3 of all 2280 points is above SIGMA_TH, and they are split
+into several segments."""
 KERNELS: Final[dict[str, Callable[[FloatArray, int], object]]] = {
     "full_u": lambda points, psi: hop_by_svd(points, SIGMA_TH, psi, sigma_3_full),
     "values": lambda points, psi: hop_by_svd(points, SIGMA_TH, psi),
@@ -96,14 +97,14 @@ def _watched(points: FloatArray, advance: Callable[[float], object]) -> Callable
     U of l points has l x l entries.
     """
     whole = ROUNDS["full_u"] * sum(l * l for psi in PSI for l in tested_lengths(points, SIGMA_TH, psi))
-    untold = 0.0
+    unreported = 0.0
 
     def measured(tested: FloatArray) -> float:
-        nonlocal untold
-        untold += len(tested) ** 2 / whole
-        if untold > _STEP:
-            advance(untold)
-            untold = 0.0
+        nonlocal unreported
+        unreported += len(tested) ** 2 / whole
+        if unreported > _STEP:
+            advance(unreported)
+            unreported = 0.0
         return sigma_3_full(tested)
 
     return lambda points, psi: hop_by_svd(points, SIGMA_TH, psi, measured)
@@ -116,7 +117,7 @@ def hops(n: int, psi: int) -> tuple[int, int]:
 
 
 def predicted_speed_up(n: int, psi: int, t: Callable[[int], float] = float) -> float:
-    """Eq. (13): tests of n points one by one over tests with hops of psi.
+    """Return the speed-up by eq. (13): the time of tests point by point, divided by that of tests with hops of psi.
 
     ``t`` is the time of a test as a function of the number of points, by default proportional to it, as for the
     singular values.

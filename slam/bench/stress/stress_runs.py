@@ -74,7 +74,7 @@ def _log(path: Path, restored: bool) -> Log:
 
 
 def trajectory_error(trajectory: Trajectory, wheels: Trajectory, log: Path) -> float:
-    """Return the error against the relations of a log, or against its reference, at all of their times."""
+    """Return the error at the times of the log's relations, if it has any, or else at those of its reference."""
     if (path := reference_of(log, "relations.gz")).is_file():
         relations = read_relations(path)
         first, second = (carried_poses(relations[:, column], trajectory, wheels) for column in (0, 1))

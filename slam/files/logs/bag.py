@@ -20,6 +20,7 @@ from slam.files.logs.outliers import drop_outliers
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import drop_repeats, scan_times
 from slam.files.logs.streamed_ranges import StreamedRanges
+from slam.files.ros.decimals import rounded_pose
 from slam.files.ros.decoder import StampedOdometry, Transform
 from slam.files.ros.messages import LASER_SCAN, MULTI_ECHO, ODOMETRY, POSE, RawMessage
 from slam.odometry import Odometry
@@ -97,7 +98,7 @@ def _log(
 
 
 def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> BagOdometry:
-    """Return the motion of the base in its odometry frame, from odometry messages, else transforms; None if unknown."""
+    """Return the odometry in the messages of a topic, or else in the transforms; empty if there is none."""
     found = contents.messages_of(topic, "--odom-topic", ODOMETRY)
     if messages := _without_outliers(contents.values(found), contents.statistics):
         return BagOdometry.of(messages, messages[0].child or BASES[0])
@@ -108,7 +109,7 @@ def _odometry(contents: BagContents, topic: str | None, moving: list[Transform])
 
 
 def _without_outliers(messages: Iterable[StampedOdometry], statistics: ReadStatistics) -> list[StampedOdometry]:
-    """Return the messages without outlying poses, which are counted by their number on the topic."""
+    """Return the messages without those of outlying poses, which are reported by their numbers on the topic."""
 
     def skip(one: tuple[int, StampedOdometry]) -> None:
         statistics.skip("outlying pose", one[0], scan=False)
@@ -140,7 +141,7 @@ def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, m
 
 def _start(moving: list[Transform], first: Pose2D) -> Pose2D:
     """Return ``T_map_base`` at the first scan, if a map is known; identity otherwise."""
-    starts = (link.pose @ first for link in moving if (link.frame, link.child) == ("map", "odom"))
+    starts = (rounded_pose(link.pose @ first) for link in moving if (link.frame, link.child) == ("map", "odom"))
     return next(starts, Pose2D())
 
 

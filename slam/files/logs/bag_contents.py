@@ -81,9 +81,9 @@ class BagContents:
         return contents
 
     def messages_of(self, wanted: str | None, option: str, *kinds: str) -> list[Numbered]:
-        """Return the messages of one topic of these types: of the wanted one, or else of that with the most messages.
+        """Return the messages of one topic of these types: of ``wanted``, or else of the topic with the most messages.
 
-        A note then lists it and the others. The result is empty if there is no such topic.
+        If one of several topics was chosen, a note lists them all. The result is empty if there is no such topic.
 
         LogError if the wanted topic is not among them.
         """

@@ -44,8 +44,8 @@ class BagOdometry:
         times, foreign = clock.times(self.stamps, self.received)
         if foreign:
             statistics.notes.append(
-                f"{len(foreign)} of {len(times)} stamps of its odometry are not of the clock of its scans, "
-                "times of receipt used"
+                f"{len(foreign)} of {len(times)} stamps of its odometry are of another clock than its scans; "
+                "times of receipt are used"
             )
         messages = zip(self.messages, times.tolist(), strict=True)
         whole = PoseSeries.of_odometry([replace(message.odometry, stamp=time) for message, time in messages])

@@ -19,7 +19,8 @@ from slam.pose import FloatArray
 _INTERVAL: Final = 0.1
 """Seconds between two scans if unknown: most lidars turn ten times a second."""
 _RUN: Final = 3
-"""Number of stamps, increasing among themselves, that show a clock that was set back; fewer are garbled."""
+"""Number of increasing stamps, all earlier than the ones before them, that show a clock that was set back. Fewer are
+taken as garbled."""
 _LATE: Final = 1.0
 """Largest variation of the delay from a stamp to its receipt, seconds."""
 
@@ -161,9 +162,9 @@ def _usual_interval(stamps: FloatArray) -> float:
 
 
 def _runs(stamps: list[float]) -> list[list[int]]:
-    """Return indices of stamps that increase among themselves, in the given order.
+    """Split the stamps into runs that increase, each given by the indices of its stamps, in the given order.
 
-    Single stamps out of order are left out.
+    Single stamps out of order are in no run.
     """
     kept, runs = set(longest_increasing(stamps)), list[list[int]]()
     for is_kept, group in groupby(range(len(stamps)), key=kept.__contains__):

@@ -1,7 +1,7 @@
 """A map on the disk: ``map.json``, a text of plain numbers that are read back exactly.
 
-The format is JSON, because every language and people can read it, and it contains no code; each surfel has a line, so
-that two maps can be compared line by line.
+The format is JSON: people, and programs in every language, can read it, and it contains no code. Each surfel has a
+line, so that two maps can be compared line by line.
 """
 
 import json

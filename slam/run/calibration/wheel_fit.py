@@ -1,7 +1,7 @@
 """Wheel radii and track fitted to the motion that the odometry reports and the motion that was true.
 
 The closed form of Censi, Franchi, Marchionni and Oriolo (IEEE T-RO 29, 2013): first the headings, which are linear in
-each wheel's distance over the track, then the positions, which are linear in the track.
+the ratio of each wheel's distance to the track, then the positions, which are linear in the track.
 """
 
 from collections.abc import Sequence

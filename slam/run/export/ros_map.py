@@ -14,7 +14,8 @@ from slam.run.results.run_record import RunRecord
 
 _OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205
 _FREE_THRESH: Final = 0.196
-"""Just below the share for the grey value 205, 50 / 255: every map_server, old or new, reads that as unknown."""
+"""A little less than 50 / 255, the occupancy of the grey value 205, so that every version of map_server reads that
+value as unknown."""
 
 
 def write_ros_map(record: RunRecord, out: Path) -> None:

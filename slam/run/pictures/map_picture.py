@@ -22,7 +22,7 @@ from slam.scenario.solids import rectangle
 _MAX_POINTS: Final = 200_000
 """Number of map points above which they are thinned evenly for the picture."""
 _MANY: Final = 3000
-"""Number of segments above which they are drawn as pixels, even if the rest is drawn as curves."""
+"""Number of segments above which they are drawn as pixels, even in a file of vector graphics."""
 _MIDDLE: Final = "#7d8590"
 """Colour of the pixels, which no theme can change: visible on light and on dark."""
 _FEW: Final = 500

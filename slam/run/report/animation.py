@@ -63,7 +63,8 @@ class AppearingSegments:
 class GrowingMap:
     """The map as estimated scan by scan.
 
-    Walls seen since the last closed loop are where they were estimated then, all earlier ones at their final positions.
+    Walls seen before the last closed loop are drawn at their final positions, and later ones where they were estimated
+    when they were seen.
     """
 
     def __init__(self, record: RunRecord, canvas: MapCanvas) -> None:
@@ -97,7 +98,7 @@ class GrowingMap:
 
 
 def _closures(traces: Traces) -> IntArray:
-    """Return for each scan the last one up to it at which a closure was applied, (K,); 0 for none."""
+    """Return for each scan the index of the scan at which the last closure was applied, (K,); 0 before the first."""
     jumps = traces.jumps if traces.closed is not None else np.zeros(len(traces.stamps), np.bool_)
     return np.asarray(np.maximum.accumulate(np.where(jumps, np.arange(len(jumps)), 0)))
 

@@ -58,13 +58,13 @@ def _on_the_way(traces: Traces) -> Iterator[str]:
     matched = (steps["mapped"] == 1) & (steps["iterations"] > 0)
     stuck = matched & (steps["converged"] == 0)
     yield from _counted("{n} of {all} scans: the robot was lost", steps["lost"] == 1, stamps)
-    alone = "{n} of {all} scans: the scan said nothing that could be trusted, and the pose is odometry alone"
+    alone = "{n} of {all} scans: no match could be trusted, and the pose is that of odometry alone"
     yield from _counted(alone, traces.odometry_only, stamps)
     share = f"{{n}} of {int(matched.sum())} matches did not converge within the limit of iterations"
     yield from _counted(share, stuck, stamps)
     period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
     gaps = np.append(False, np.diff(stamps) > _GAP * period)
-    yield from _counted(f"{{n}} times no scan came for longer than {_GAP:g} periods of {period:.3g} s", gaps, stamps)
+    yield from _counted(f"Gaps of more than {_GAP:g} scan periods of {period:.3g} s: {{n}}", gaps, stamps)
     late = steps["slam_ms"] > 1e3 * period if period else np.zeros(len(stamps), np.bool_)
     yield from _counted(f"{{n}} of {{all}} scans took longer to process than the {1e3 * period:.0f} ms between two",
                         late, stamps)  # fmt: skip

@@ -20,7 +20,7 @@ _NAMES: Final = (
     ("loops", PAPER.loop),
 )  # fmt: skip
 _GAP: Final = 14
-"""Space between the names of colours, and above the map in all, pixels."""
+"""Space between the names of colours, and in all above and below their rows, pixels."""
 _NARROWEST: Final = 160
 """Least width, pixels, with room for every name."""
 _TALLEST: Final = 1.1

@@ -117,7 +117,7 @@ def iterations_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAP
         axes.plot(traces.stamps[matched], iterations[matched], dash, color=colour, linewidth=0.9, label=name)
         if stuck.any() and len(runs) == 1:
             axes.plot(traces.stamps[stuck], iterations[stuck], ".", color=colours.odometry, markersize=4,
-                      label="not settled")  # fmt: skip
+                      label="not converged")  # fmt: skip
     axes.set(xlabel="time [s]", ylabel="iterations q", ylim=(0.0, None))
     _legend(axes, colours)
     return figure
@@ -129,7 +129,7 @@ def timing_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) 
     for k, (name, traces) in enumerate(runs):
         mapped = traces.steps[traces.steps["mapped"] == 1]
         alone = len(runs) == 1
-        _histogram(axes, mapped["slam_ms"], colours.curve(k), "SLAM in all" if alone else name)
+        _histogram(axes, mapped["slam_ms"], colours.curve(k), "all of SLAM" if alone else name)
         if alone:
             _histogram(axes, mapped["extraction_ms"], colours.curve(1), "line extraction")
     axes.set(xscale="log", xlabel="time of one mapped scan [ms]", ylabel="scans")

@@ -188,7 +188,7 @@ def _loops(record: RunRecord) -> list[LoopRow]:
 
 def _timing(record: RunRecord) -> list[tuple[str, list[str]]]:
     mapped = record.traces.steps[record.traces.steps["mapped"] == 1]
-    columns = {"line extraction": mapped["extraction_ms"], "SLAM in all": mapped["slam_ms"]}
+    columns = {"line extraction": mapped["extraction_ms"], "all of SLAM": mapped["slam_ms"]}
     return [
         (name, [f"{value:.2f}" for value in np.percentile(column, PERCENTILES)])
         for name, column in columns.items()

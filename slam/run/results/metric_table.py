@@ -80,7 +80,7 @@ _METRICS: Final = (
         "walls",
         "doubled",
         "m",
-        "Length of lines on a wall beyond the first line.",
+        "Length of lines on a part of a wall that another line already shows.",
         ".2f",
         True,
     ),
@@ -104,7 +104,7 @@ _METRICS: Final = (
     Metric("not_converged", "not converged", "", "scans", "Matches that reached the limit of iterations.", "d", True),
     Metric("slam_ms_median", "SLAM", "median", "ms", "Processing time of a mapped scan, median.", ".2f", True),
     Metric("slam_ms_p99", "SLAM", "99 %", "ms", "The same, 99th percentile.", ".2f", True),
-    Metric("extraction_ms_median", "extraction", "median", "ms", "Time of the line extraction in it.", ".2f", True),
+    Metric("extraction_ms_median", "extraction", "median", "ms", "The part of it for extracting lines.", ".2f", True),
     Metric("real_time_factor", "speed", "", "x", "Speed relative to real time, including the simulator.", ".1f"),
     Metric(
         "range_noise_m", "range noise", "near", "m", "Standard deviation of near ranges, learnt from the scans.", ".4f"

@@ -43,7 +43,7 @@ class HeardOdometry:
     def at(self, stamp: float, until: float) -> Odometry | None:
         """Return pose and speed at this time, interpolated between two messages.
 
-        Waits for a later message until ``until``, ``time.monotonic``; then the pose is predicted from the last one for
+        Waits for a later message until the monotonic time ``until``; then the pose is predicted from the last one for
         up to a quarter of a second. None if both fail.
         """
         with self._news:

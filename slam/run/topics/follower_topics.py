@@ -34,7 +34,7 @@ class FollowerTopics(SlamTopics):
 
 
 class FollowerSession(TopicSession):
-    """Buses on which SLAM publishes beside a robot that has topics of its own."""
+    """Buses on which SLAM publishes its results while the robot publishes its own topics."""
 
     def __init__(self, buses: Sequence[Bus], robot: TopicRobot) -> None:
         super().__init__(buses)

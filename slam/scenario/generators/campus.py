@@ -40,7 +40,7 @@ class CampusGenerator(Section):
     """
 
     kind: Literal["campus"] = "campus"
-    """This generator."""
+    """The name of this generator."""
     seed: int = Field(0, ge=0)
     """Seed of the world; by default it is drawn with the scenario's seed."""
     size: tuple[Length, Length] = (48.0, 32.0)

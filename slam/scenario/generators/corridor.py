@@ -20,7 +20,7 @@ class CorridorGenerator(PassageGenerator):
     """Two walls along the x axis, from x = 0 to ``length``, and one at each end."""
 
     kind: Literal["corridor"] = "corridor"
-    """This generator."""
+    """The name of this generator."""
     length: float = Field(20.0, ge=4.0, le=1000)
     """Length, metres."""
 

@@ -16,7 +16,7 @@ class LoopGenerator(PassageGenerator):
     """A ring around a rectangular block; the robot starts in the middle of the side at y = 0."""
 
     kind: Literal["loop"] = "loop"
-    """This generator."""
+    """The name of this generator."""
     size: tuple[Length, Length] = (14.0, 8.0)
     """Size of the ring's centre line, along x and y, metres."""
 

@@ -43,7 +43,7 @@ class OfficeGenerator(Section):
     """A corridor along the x axis with the same number of rooms on its left and on its right."""
 
     kind: Literal["office"] = "office"
-    """This generator."""
+    """The name of this generator."""
     seed: int = Field(0, ge=0)
     """Seed of the world; by default it is drawn with the scenario's seed."""
     rooms: int = Field(3, ge=1, le=50)

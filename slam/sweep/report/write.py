@@ -51,7 +51,7 @@ class SweepReport:
 def write_report(out: str, metric: str | None = None) -> SweepReport:
     """Write tables, pictures and one page, from the results in ``out``, into its folder ``report``.
 
-    InputError if there are none, or none has that metric. A running sweep is reported as far as it is.
+    InputError if there are none, or none has that metric. The report of a running sweep has the runs done so far.
     """
     folder = Folder(out)
     try:

@@ -11,8 +11,8 @@ _INTRODUCTION: Final = """# Scenario reference
 
 Every key of a scenario file, with its type and default. A section has its defaults in a table of its own. In place of
 any value a [random one](#random) may stand. Sections, figures, equations and procedures with a number are those of the
-[paper](https://doi.org/10.5772/63540); docs/method.md has its main equations. This page is made from the schema that
-checks the files: `hopslam schema` prints it for editors.
+[paper](https://doi.org/10.5772/63540), whose main equations are in docs/method.md. This page is made from the schema
+that checks the files: `hopslam schema` prints it for editors.
 """
 _HEAD: Final = "| key | type | default | meaning |\n|---|---|---|---|"
 _BOUNDS: Final = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}

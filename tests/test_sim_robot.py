@@ -21,7 +21,6 @@ from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.scan import LaserScan
-from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
 
 CORRIDOR = {"points": [[-1.0, -1.25], [9.0, -1.25], [9.0, 1.25], [-1.0, 1.25]], "closed": True}
@@ -317,12 +316,12 @@ def test_physics_control_and_scans_divide_one_another() -> None:
     assert stamps == pytest.approx([0.02, 0.12])  # the beams take 66.6 ms, which are 4 control steps of 20 ms
 
 
-@pytest.mark.parametrize(("settings", "warned"), [((), True), (("physics.engine=plan",), False)])
+@pytest.mark.parametrize(("physics", "warned"), [({"rate": 240}, True), ({"engine": "plan"}, False)])
 def test_a_missing_pybullet_is_named_if_no_engine_is_chosen(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, settings: tuple[str, ...], warned: bool
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, physics: dict[str, object], warned: bool
 ) -> None:
     monkeypatch.setattr("slam.scenario.clock.find_spec", lambda _: None)
     _say_what_is_missing.cache_clear()
-    with SimRobot(load_scenario("corridor", settings)):
+    with SimRobot(scenario(physics=physics)):
         assert ("PyBullet is not installed" in caplog.text) == warned
     _say_what_is_missing.cache_clear()

@@ -1,16 +1,18 @@
 # make run, make test, make lint: each sets up .venv first where that is not done yet.
 
 WHY := hopslam needs CPython 3.11, 3.12 or 3.13 with venv (3.11 is best: PyBullet has wheels for no newer one), or uv
-INSTALL := .venv/bin/pip install --quiet
+# Python compiles to bytecode what it imports; pip would compile every file of every package.
+PIP := pip install --quiet --no-compile
+INSTALL := .venv/bin/$(PIP)
 
 .PHONY: run test test-all test-ros bench-ros coverage smoke lint format schema docs pictures pins licences release clean
 
 run: .venv/.run
 	.venv/bin/hopslam run corridor
 
-# One worker more than cores, for some tests wait for emulated devices.
+# Two workers more than cores, for some tests wait for emulated devices.
 test: .venv/.dev
-	PYTEST_XDIST_AUTO_NUM_WORKERS=$$(($$(getconf _NPROCESSORS_ONLN) + 1)) \
+	PYTEST_XDIST_AUTO_NUM_WORKERS=$$(($$(getconf _NPROCESSORS_ONLN) + 2)) \
 	    .venv/bin/python -m pytest -q -n auto --dist loadfile
 
 # With what takes hours too: every point at which a write can fail, commands killed at random moments, long runs.
@@ -53,16 +55,19 @@ ifeq ($(NEWER),)
 	@echo 'smoke: SKIPPED, neither python3.13 nor python3.12 is here'
 else
 	$(NEWER) -m venv .venv-newer
-	.venv-newer/bin/pip install --quiet --require-hashes --requirement pins/run.txt
-	.venv-newer/bin/pip install --quiet --no-deps --no-build-isolation --force-reinstall .
+	.venv-newer/bin/$(PIP) --require-hashes --requirement pins/run.txt
+	.venv-newer/bin/$(PIP) --no-deps --no-build-isolation --force-reinstall .
 	cd .venv-newer && bin/hopslam run corridor --set slam.mode=dead_reckoning --set duration=5
 endif
+
+# Types of all files on Linux, and of the packages on the other systems.
+PACKAGES := hopslam sim slam hardware
 
 lint: .venv/.dev
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
-	printf '%s\n' linux win32 darwin | \
-	    xargs -P 3 -I SYSTEM .venv/bin/mypy --platform SYSTEM --cache-dir .mypy_cache/SYSTEM
+	printf '%s\n' linux 'win32 $(PACKAGES)' 'darwin $(PACKAGES)' | \
+	    xargs -P 3 -L 1 sh -c '.venv/bin/mypy --platform $$0 --cache-dir .mypy_cache/$$0 "$$@"'
 	.venv/bin/lint-imports --no-cache
 
 format: .venv/.dev

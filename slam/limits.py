@@ -43,7 +43,7 @@ UNPACKED: Final = Limit(100_000 * _MIB, "unpacked bytes", "a day of a fast lidar
 BEAMS: Final = Limit(50_000, "beams a scan", "the finest planar lidars have 25,200")
 SCANS: Final = Limit(5_000_000, "scans a log", "a day at 50 Hz; stamps and poses of all are in memory")
 FROM_START: Final = Limit(100_000, "metres from the start", "no indoor robot drives so far on one battery")
-STEP: Final = Limit(10, "metres a step beyond 15 m/s", "no wheeled robot is faster; the pose is garbled")
+STEP: Final = Limit(10, "metres a step beyond 15 m/s", "no wheeled robot is faster, so the pose is garbled")
 LINE: Final = Limit(256 * 1024, "bytes a line", "a scan of 682 beams takes 4,096; what is beyond is dropped")
 MAP_CELLS: Final = Limit(50_000_000, "cells", "a square of 1.4 km at 20 cm, which takes 200 MB")
 ROS_MAP_CELLS: Final = Limit(20_000_000, "cells", "a square of 220 m at 5 cm, which takes 200 MB")
@@ -68,7 +68,7 @@ LIMITS: Final[dict[str, Limit]] = {
     "Beams of a scan": BEAMS,
     "Scans of a log": SCANS,
     "Metres between a pose of a log and its start": FROM_START,
-    "Metres by which a step of a log may exceed 15 m/s": STEP,
+    "Metres between two poses of a log, beyond those that 15 m/s explains": STEP,
     "Cells of a map": MAP_CELLS,
     "Cells of an occupancy map that is exported": ROS_MAP_CELLS,
     "Pixels of a map's picture": PIXELS,

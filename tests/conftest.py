@@ -13,6 +13,7 @@ from hypothesis import settings
 
 from slam.errors import RobotError
 from slam.pose import FloatArray, Pose2D
+from slam.run.experiment import Experiment
 from slam.run.experiment_setup import replay_experiment
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
@@ -78,6 +79,12 @@ def small_log(tmp_path: Path) -> Path:
     path = tmp_path / "small.log"
     path.write_text("\n".join(lines) + "\n")
     return path
+
+
+@pytest.fixture
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands draw no pictures at the end of a run, which takes longer than a short run."""
+    monkeypatch.setattr(Experiment, "_draw", lambda *_: None)
 
 
 Scanner = Callable[[FloatArray, Pose2D, int], LaserScan]

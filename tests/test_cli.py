@@ -50,10 +50,10 @@ def hopslam_here(capsys: pytest.CaptureFixture[str], *words: str | Path) -> tupl
 
 
 @pytest.mark.parametrize("group", ["sweep", "bench", "calibrate", "ros"])
-def test_group_without_a_command_prints_its_help(group: str) -> None:
-    done = hopslam(group)
-    assert f" {group} [OPTIONS] COMMAND" in done.stdout + done.stderr
-    assert "Traceback" not in done.stderr
+def test_group_without_a_command_prints_its_help(group: str, capsys: pytest.CaptureFixture[str]) -> None:
+    _, output, errors = hopslam_here(capsys, group)
+    assert f" {group} [OPTIONS] COMMAND" in output + errors
+    assert "Traceback" not in errors
 
 
 def test_the_command_line_imports_no_numpy_early() -> None:

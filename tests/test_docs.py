@@ -19,7 +19,6 @@ from typer.testing import CliRunner
 
 from slam.cli.main import app
 from slam.env.ids import ENV_IDS
-from slam.run.experiment import Experiment
 from slam.scenario.file import checked_template, load_scenario
 from slam.scenario.json_schema import scenario_schema
 from slam.scenario.shipped import shipped_scenarios
@@ -52,14 +51,6 @@ NOT_OURS = {"rerun", "ssh", "ray", "export", "ros2", "rviz2"}
 """First words of the commands of other programs."""
 
 
-@pytest.fixture(scope="module", autouse=True)
-def no_pictures() -> Iterator[None]:
-    """Runs draw no pictures, which takes longer than these runs; tests/test_cli.py looks at them."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Experiment, "_draw", lambda *_: None)
-        yield
-
-
 @pytest.fixture(scope="module")
 def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the files that the pages speak of, all of one short run."""
@@ -83,6 +74,7 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.usefixtures("no_pictures")
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
 def test_every_code_block_of_a_page_runs(
     page: Path, prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

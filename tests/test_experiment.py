@@ -54,7 +54,7 @@ def test_turning_on_the_spot_keeps_the_base_in_place(turning_log: Path, tmp_path
     """If the laser were assumed to be at the robot's centre, the base would seem to move by 28 cm."""
     run = replayed(turning_log, "slam.update_distance=0")
     assert run.slam.T_base_laser.distance(Pose2D(MOUNT)) < 1e-3
-    folder = run.run(tmp_path / "run").folder
+    folder = run.run(tmp_path / "run", pictures=False).folder
     _, poses = read_tum(folder / "trajectory.tum")
     assert len(poses) == 17
     assert np.hypot(poses[:, 0], poses[:, 1]).max() < 0.05
@@ -63,7 +63,7 @@ def test_turning_on_the_spot_keeps_the_base_in_place(turning_log: Path, tmp_path
 
 def test_the_kept_lines_are_those_of_the_map(turning_log: Path, tmp_path: Path) -> None:
     run = replayed(turning_log, scenario="paper_replay")
-    features = json.loads((run.run(tmp_path / "run").folder / "lines.geojson").read_text())["features"]
+    features = json.loads((run.run(tmp_path / "run", pictures=False).folder / "lines.geojson").read_text())["features"]
     ends = [feature["geometry"]["coordinates"] for feature in features]
     np.testing.assert_allclose(ends, run.slam.lines.ends, atol=1e-4)
 
@@ -73,7 +73,7 @@ def test_the_real_time_factor_is_recorded_time_over_wall_time(
 ) -> None:
     """The log lasts 1.1 s. The clock advances by 0.5 s per call, and is read at the start and at the end."""
     monkeypatch.setattr(experiment, "perf_counter", count(0.0, 0.5).__next__)
-    metrics = replayed(small_log, "slam.loops=never").run(tmp_path / "run").metrics
+    metrics = replayed(small_log, "slam.loops=never").run(tmp_path / "run", pictures=False).metrics
     assert metrics["duration_s"] == pytest.approx(1.1)
     assert metrics["real_time_factor"] == pytest.approx(1.1 / 0.5, abs=0.01)
 
@@ -81,7 +81,7 @@ def test_the_real_time_factor_is_recorded_time_over_wall_time(
 @pytest.mark.parametrize("scenario", ["replay", "paper_replay"])
 def test_the_map_points_are_those_of_the_map(small_log: Path, tmp_path: Path, scenario: str) -> None:
     run = replayed(small_log, "slam.update_distance=0.1", scenario=scenario)
-    outcome = run.run(tmp_path / "run")
+    outcome = run.run(tmp_path / "run", pictures=False)
     steps = np.genfromtxt(outcome.folder / "steps.csv", delimiter=",", names=True)
     assert steps["map_points"][0] == 181 or scenario == "replay"
     assert outcome.metrics["map_points"] == steps["map_points"][-1] == len(run.slam.points) > 30
@@ -91,7 +91,7 @@ def test_the_map_points_are_those_of_the_map(small_log: Path, tmp_path: Path, sc
 def test_dead_reckoning_starts_at_the_given_pose(tmp_path: Path) -> None:
     """It must not start at the origin, as it is drawn over the map and compared with the truth."""
     scenario = load_scenario("paper_simulation", ["duration=1"])
-    folder = scenario_experiment(scenario).run(tmp_path / "run").folder
+    folder = scenario_experiment(scenario).run(tmp_path / "run", pictures=False).folder
     (_, odometry), (_, truth) = (read_tum(folder / name) for name in ("odometry.tum", "groundtruth.tum"))
     np.testing.assert_allclose(odometry[0], [1.0, 1.0, np.pi / 2], atol=1e-3)
     assert len(odometry) == len(truth) > 5

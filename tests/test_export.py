@@ -30,7 +30,7 @@ SETTINGS = ["duration=8", "route.waypoints=[[2, 0], [2, 0.7], [0, 0]]"]
 def record(tmp_path_factory: pytest.TempPathFactory) -> RunRecord:
     """Eight seconds in the corridor, driving and turning."""
     out = tmp_path_factory.mktemp("run") / "run"
-    return RunRecord.open(scenario_experiment(load_scenario("corridor", SETTINGS)).run(out).folder)
+    return RunRecord.open(scenario_experiment(load_scenario("corridor", SETTINGS)).run(out, pictures=False).folder)
 
 
 def test_every_format_that_is_offered_is_written_and_no_other() -> None:
@@ -183,7 +183,9 @@ def test_exports_have_the_final_results(lap_run: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("to", ["carmen", "mcap", "rosbag2"])
 def test_an_exported_run_replays_to_the_same_run(record: RunRecord, tmp_path: Path, to: str) -> None:
     export(record, to, tmp_path / "log")
-    again = replay_experiment(tmp_path / "log", load_scenario("corridor", SETTINGS)).run(tmp_path / "again")
+    again = replay_experiment(tmp_path / "log", load_scenario("corridor", SETTINGS)).run(
+        tmp_path / "again", pictures=False
+    )
     stamps, poses = read_tum(again.folder / "trajectory.tum")
     np.testing.assert_array_equal(stamps, record.traces.stamps)
     np.testing.assert_allclose(poses, record.traces.estimate, atol=1e-3)

@@ -184,6 +184,7 @@ def test_the_commands_localize_in_a_saved_map(small_log: Path, tmp_path: Path) -
     assert (tmp_path / "b2" / "map.json").is_file()
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_localize_has_the_options_of_replay(small_log: Path, tmp_path: Path) -> None:
     """It takes a run folder with its settings, or a bag with topics; scenario and log refuse the other's options."""
     run, folder = CliRunner(), tmp_path / "run"

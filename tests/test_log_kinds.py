@@ -539,6 +539,7 @@ def test_a_run_of_varying_beams_replays_bit_for_bit(varying_run: Path, tmp_path:
     assert (folder / "trajectory.tum").read_bytes() == (varying_run / "trajectory.tum").read_bytes()
 
 
+@pytest.mark.usefixtures("no_pictures")
 @pytest.mark.parametrize("command", ["replay", "lines", "localize"])
 def test_a_command_fails_on_a_log_that_is_mostly_lost(
     tmp_path: Path, command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

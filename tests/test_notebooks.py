@@ -35,6 +35,7 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleTy
     plt.close("all")
 
 
+@pytest.mark.usefixtures("no_pictures")
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=[path.stem for path in NOTEBOOKS])
 def test_a_notebook_runs_from_its_first_cell(path: Path, module: ModuleType) -> None:
     left = dict(LESS[path.stem])

@@ -72,7 +72,7 @@ class Page(HTMLParser):
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the first 2.5 s of the paper's simulation."""
     folder = tmp_path_factory.mktemp("report") / "run"
-    scenario_experiment(load_scenario("paper_simulation", ["duration=2.5"])).run(folder)
+    scenario_experiment(load_scenario("paper_simulation", ["duration=2.5"])).run(folder, pictures=False)
     return folder
 
 
@@ -81,7 +81,7 @@ def own(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The same time by the project's own method, which also saves its map."""
     folder = tmp_path_factory.mktemp("report") / "own"
     settings = ["duration=2.5", "slam={mode: hopslam}"]
-    scenario_experiment(load_scenario("paper_simulation", settings)).run(folder)
+    scenario_experiment(load_scenario("paper_simulation", settings)).run(folder, pictures=False)
     return folder
 
 

@@ -13,7 +13,7 @@ import pytest
 from slam.console.robust_output import RobustFile
 
 MAIN = [sys.executable, "-c", "from slam.cli.main import main; main()"]
-SHORT = ["run", "corridor", "--set", "duration=1", "--set", "physics.engine=plan"]
+SHORT = ["run", "corridor", "--set", "duration=1", "--set", "physics.engine=plan", "--set", "slam.mode=dead_reckoning"]
 CLOSE = "import os, sys; os.close(1); os.execv(sys.executable, [sys.executable, *sys.argv[1:]])"
 """Python source that closes standard output and becomes another program."""
 

@@ -110,7 +110,7 @@ def test_the_covariance_is_in_the_steps(tmp_path: Path) -> None:
 
 def test_a_run_folder_is_read_back(small_log: Path, tmp_path: Path) -> None:
     experiment: Experiment = replay_experiment(small_log, load_scenario("replay"))
-    outcome = experiment.run(tmp_path / "run")
+    outcome = experiment.run(tmp_path / "run", pictures=False)
     record = RunRecord.open(outcome.folder)
     assert record.metrics is not None
     assert record.metrics == outcome.metrics

@@ -10,7 +10,7 @@ def bench_sim(
         bool, typer.Option("--long", help="Also measure memory over 10,000 resets, 1.2 million steps; takes minutes.")
     ] = False,
 ) -> None:
-    """Measure the simulator: speed compared with PyBullet's calls alone, resets, two processes, and contacts.
+    """Measure the simulator: its speed and that of PyBullet's calls alone, resets, two processes at once, contacts.
 
     The contacts are those of a robot that drives against walls, people and sills.
 

@@ -27,7 +27,8 @@ def bench_loops(
     seeds: Annotated[
         int | None,
         typer.Option(
-            min=0, help="Number of runs; default: 8 of aces with noise, 10 drives around each loop, 5 of each variant."
+            min=0,
+            help="Number of runs; default: logs 8 of aces with noise, sim 10 of each scenario, stress 5 of a variant.",
         ),
     ] = None,
     stress: Annotated[bool, typer.Option("--stress", help="The same as the part stress.")] = False,

@@ -153,9 +153,10 @@ def bench_slam(
 
     Each scan counts with its pose as estimated at the time. Missing logs are skipped.
 
-    With --stress, variants of logs are harder: every=N scans, beams=N, jitter=METRES, scale=SHARE, slips=COUNT,
-    blind=COUNT and stale=SHARE of the odometry; coarse=METRES, noise=METRES and scatter=SHARE of the ranges. Any log
-    can be used that has a reference file LOG.gt.tum or LOG.relations.gz in its folder.
+    With --stress, logs are made harder: fewer scans (every=N) or beams (beams=N); odometry with noise (jitter=METRES),
+    wrong distances (scale=SHARE), turned headings (slips=COUNT), missing motions (blind=COUNT) or a delay of one scan
+    (stale=SHARE); ranges that are rounded (coarse=METRES), noisy (noise=METRES) or cut short (scatter=SHARE). See
+    docs/slam.md. Any log can be used that has a reference file LOG.gt.tum or LOG.relations.gz in its folder.
 
     [bold]Examples[/bold]
 

@@ -32,7 +32,7 @@ def evaluate(
         bool, typer.Option("--json", help="Print JSON, metres and radians, instead of a table.")
     ] = False,
 ) -> None:
-    """Score a trajectory: absolute and relative error against a reference, or errors of known relative poses.
+    """Score a trajectory against a reference, by absolute and relative error, or against known relative poses.
 
     A run is scored twice: with the poses as estimated during the run, and with the final ones after loop closing.
 

@@ -12,7 +12,7 @@ def repair(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")],
     force: Annotated[bool, typer.Option("--force", help="Also replace intact files.")] = False,
 ) -> None:
-    """Make the files missing after a kill or a full disk: map, trajectories, lines, graph, metrics, pictures.
+    """Make the files that a killed run, or one with a full disk, lacks: map, poses, lines, graph, metrics, pictures.
 
     The source is log.mcap, as far as it can be read, with the settings in config.yaml. Intact files are kept.
 

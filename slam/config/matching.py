@@ -21,10 +21,10 @@ class ForceFieldConfig(Section):
     gamma_M: float = Field(10.0, gt=0)
     """Gain of the rotation, eq. (32), rad/m^2."""
     average: Literal["printed", "weighted"] = "printed"
-    """Average of eq. (33). ``printed``: over all N_Seg N* pairs of segment and point, which swings and never settles
-    when few segments are in view or the scene is large. ``weighted``, not in the paper: force over the sum of the
-    weights 1 / (|lambda|^kappa + epsilon), moment over the weighted moment of inertia; gamma_f then cancels and gamma_M
-    is a pure number that belongs near 1."""
+    """Average of eq. (33). ``printed``: over all N_Seg N* pairs of segment and point. It oscillates and never converges
+    when few segments are in view or the scene is large. ``weighted``, not in the paper: the sum of the forces is
+    divided by the sum of their weights 1 / (|lambda|^kappa + epsilon), and that of the moments by the weighted moment
+    of inertia. Then gamma_f has no effect, and gamma_M is a number without a unit, best near 1."""
     xi: float = Field(0.99, ge=0, le=1)
     """Leak of eqs. (34)-(35)."""
     eta: float = Field(1.0, gt=0)

@@ -13,7 +13,7 @@ from slam.modes import MODES, ModeName
 
 
 class SlamConfig(Section):
-    """The whole method, Fig. 14.
+    """The whole method, Fig. 14 of the paper.
 
     By default it is this project's own; ``mode: paper`` selects the paper's, and ``mode: dead_reckoning`` wheel
     odometry alone, for comparison.

@@ -73,9 +73,9 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `"none"` | 0 |
 
     A cell counts as seen if an echo lies in it, or if its middle lies in the polygon that the sensor and the ends of
-    the beams form, up to 1 m around the world. A beam without an echo ends at the sensor's reach if its neighbours have
-    no echo either; a single one is left out, because single echoes are lost at walls too. The cells of the first scan
-    earn nothing. Each step with a collision costs `collision_penalty`.
+    the beams form. Cells more than 1 m outside of the world do not count. A beam without an echo ends at the sensor's
+    reach if its neighbours have no echo either; a single one is left out, because single echoes are lost at walls too.
+    The cells of the first scan earn nothing. Each step with a collision costs `collision_penalty`.
 
     ## Starting State
     The robot is at rest at the scenario's start pose, after the first scan. The seed in `reset(seed=k)` determines all

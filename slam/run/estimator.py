@@ -3,6 +3,7 @@
 from typing import Protocol
 
 from slam.config import HoppingConfig, SlamConfig
+from slam.files.ros.decimals import rounded_pose
 from slam.graph.closure import ClosedRun
 from slam.graph.loop_closing import STEPPED, Timing
 from slam.line_localizer import LineLocalizer, LocalizeThenMap
@@ -56,8 +57,9 @@ def make_estimator(
 ) -> Estimator:
     """Make the method of these settings, with the robot's base at its start.
 
-    ``timing`` says when closures are applied.
+    Both poses are rounded as a log has them. ``timing`` says when closures are applied.
     """
+    T_base_laser, T_map_base = rounded_pose(T_base_laser), rounded_pose(T_map_base)
     if config.mode == "dead_reckoning":
         return DeadReckoning(T_base_laser, T_map_base)
     return LineSlam(config, T_base_laser, T_map_base, seed, timing)

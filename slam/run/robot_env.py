@@ -11,6 +11,7 @@ from gymnasium.spaces import Box, Dict
 from numpy.typing import NDArray
 
 from slam.errors import RobotError
+from slam.files.ros.decimals import as_recorded
 from slam.lidars import Lidar
 from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
@@ -98,9 +99,11 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         """Wait for a scan later than the last one; RobotError after too long a wait."""
         for _ in range(_MAX_LATE):
             observation = self.robot.observe()
-            if observation is None or observation.scan.stamp - self._stamp >= _MIN_STEP:
-                self._stamp = self._stamp if observation is None else observation.scan.stamp
-                return observation
+            if observation is None:
+                return None
+            if observation.scan.stamp - self._stamp >= _MIN_STEP:
+                self._stamp = observation.scan.stamp
+                return as_recorded(observation)
             _LOG.warning(
                 "a scan is left out: its stamp %.6f s is not later than %.6f s", observation.scan.stamp, self._stamp
             )

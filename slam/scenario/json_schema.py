@@ -34,6 +34,8 @@ def scenario_schema() -> dict[str, Any]:
     sections: dict[str, Any] = schema.pop("$defs")
     for section in [schema, *sections.values()]:
         keys = section["properties"]
+        if "kind" in keys:
+            del keys["seed"]["default"]  # in a file it is drawn with the scenario's seed
         section["properties"] = {key: keys[key] if key in NEVER_RANDOM else _or_random(keys[key]) for key in keys}
     sections |= random.pop("$defs")
     sections[RANDOM] = random | {"description": "A value that is drawn anew for every seed."}

@@ -1,7 +1,7 @@
 """The reference of scenario files, as Markdown: every section and key, made from the JSON schema."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any, Final
 
 from slam.config.section import OWN
@@ -9,9 +9,10 @@ from slam.scenario.json_schema import RANDOM, scenario_schema
 
 _INTRODUCTION: Final = """# Scenario reference
 
-Every key of a scenario file, with its type and default; a key without a default must be given. In place of any value a
-[random one](#random) may stand. This page is made from the schema that checks the files: `hopslam schema` prints it for
-editors.
+Every key of a scenario file, with its type and default. A section has its defaults in a table of its own. In place of
+any value a [random one](#random) may stand. Sections, figures, equations and procedures with a number are those of the
+[paper](https://doi.org/10.5772/63540); docs/method.md has its main equations. This page is made from the schema that
+checks the files: `hopslam schema` prints it for editors.
 """
 _HEAD: Final = "| key | type | default | meaning |\n|---|---|---|---|"
 _BOUNDS: Final = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
@@ -23,10 +24,10 @@ Schema = dict[str, Any]
 def scenario_reference() -> str:
     """Write a table for each section, with the type, the default and the meaning of its keys."""
     schema = scenario_schema()
-    kinds = [key for name in _held(schema["$defs"][RANDOM]) for key in schema["$defs"][name]["properties"].items()]
+    kinds = [schema["$defs"][name] for name in _held(schema["$defs"][RANDOM])]
     parts = [_INTRODUCTION, "## The file\n", schema["description"], ""]
-    parts += [*_rows(schema["properties"].items()), *_sections("", schema, dict(schema["$defs"]))]
-    text = "\n".join([*parts, "## Random values {#random}\n", *_rows(kinds)])
+    parts += [*_rows(schema), *_sections("", schema, dict(schema["$defs"]))]
+    text = "\n".join([*parts, "## Random values {#random}\n", *_rows(*kinds)])
     return _choices_named(text, schema["$defs"])
 
 
@@ -49,7 +50,7 @@ def _sections(place: str, outer: Schema, known: Schema) -> Iterator[str]:
                 section, whole = known.pop(name), f"{place}{key}"
                 yield f"## {_title(whole, section)} {{#{name.lower()}}}\n"
                 yield f"{_code(section['description'])}\n"
-                yield from _rows(section["properties"].items())
+                yield from _rows(section)
                 yield from _sections(f"{whole}.", section, known)
 
 
@@ -65,11 +66,14 @@ def _choice(section: Schema) -> str:
     return "".join(f"`{key}: {keys[key].get('default', OWN)}`" for key in _CHOOSERS if key in keys)
 
 
-def _rows(keys: Iterable[tuple[str, Schema]]) -> Iterator[str]:
+def _rows(*sections: Schema) -> Iterator[str]:
+    """Yield the lines of one table with the keys of these sections."""
     yield _HEAD
-    for key, value in keys:
-        cells = f"`{key}`", type_text(value), _default(value), _code(value["description"])
-        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    for section in sections:
+        for key, value in section["properties"].items():
+            default = "required" if key in section.get("required", ()) else _default(value)
+            cells = f"`{key}`", type_text(value), default, _code(value["description"])
+            yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
     yield ""
 
 

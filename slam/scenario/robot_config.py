@@ -48,7 +48,7 @@ class Traction(Section):
 
 
 class Limits(Section):
-    """Limits of the base, with the ramps of an ARCOS robot."""
+    """Limits of the base; by default its accelerations are those of an ARCOS robot."""
 
     linear: Speed = 1.2
     """Speed, m/s."""

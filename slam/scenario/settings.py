@@ -35,7 +35,7 @@ def parse_setting(text: str) -> tuple[KeyPath, Any]:
 
 
 def apply_settings(data: dict[str, Any], settings: Iterable[tuple[KeyPath, Any]]) -> None:
-    """Write each setting into the nested ``data``, with the missing mappings above it."""
+    """Write each setting into the nested ``data``; mappings that its path needs are added."""
     for key_path, value in settings:
         at: Any = data
         for step in key_path[:-1]:

@@ -1,10 +1,12 @@
 """Safe reading of YAML, with the line of every key for messages, and readable faults."""
 
 import re
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
 import yaml
+from yaml.constructor import SafeConstructor
 
 from slam.errors import ScenarioError
 from slam.limits import YAML_DEPTH, YAML_DIGITS, YAML_NODES, YAML_SIZE
@@ -55,16 +57,21 @@ def read_yaml(text: str) -> tuple[yaml.Node | None, Any]:
     """Return the tree of nodes and the plain data of a YAML text, within the limits; raises one of YAML_ERRORS."""
     if excess := YAML_SIZE.excess(len(text)):
         raise YamlExcess(excess)
+    root = _tree(text)
+    return root, None if root is None else SafeConstructor().construct_document(root)
+
+
+@lru_cache(maxsize=16)
+def _tree(text: str) -> yaml.Node | None:
+    """Return the tree of nodes of a text; parsing it takes most of the time, and a scenario is often read again."""
     loader = yaml.SafeLoader(text)
     try:
         root = loader.get_single_node()
-        if root is None:
-            return None, None
-        if excess := YAML_NODES.excess(_count_nodes(root, {}, 1)):
-            raise YamlExcess(excess)
-        return root, loader.construct_document(root)
     finally:
         loader.dispose()
+    if root is not None and (excess := YAML_NODES.excess(_count_nodes(root, {}, 1))):
+        raise YamlExcess(excess)
+    return root
 
 
 def _count_nodes(node: yaml.Node, known: dict[int, int], depth: int) -> int:

@@ -20,6 +20,7 @@ from slam.files.logs.outliers import drop_outliers
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import drop_repeats, scan_times
 from slam.files.logs.streamed_ranges import StreamedRanges
+from slam.files.ros.decimals import rounded_pose
 from slam.files.ros.decoder import StampedOdometry, Transform
 from slam.files.ros.messages import LASER_SCAN, MULTI_ECHO, ODOMETRY, POSE, RawMessage
 from slam.odometry import Odometry
@@ -140,7 +141,7 @@ def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, m
 
 def _start(moving: list[Transform], first: Pose2D) -> Pose2D:
     """Return ``T_map_base`` at the first scan, if a map is known; identity otherwise."""
-    starts = (link.pose @ first for link in moving if (link.frame, link.child) == ("map", "odom"))
+    starts = (rounded_pose(link.pose @ first) for link in moving if (link.frame, link.child) == ("map", "odom"))
     return next(starts, Pose2D())
 
 

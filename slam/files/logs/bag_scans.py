@@ -14,6 +14,7 @@ from slam.files.fields import BadLine, impossible
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.streamed_ranges import at_places
 from slam.files.ros import decoder
+from slam.files.ros.decimals import decimal, decimal_ranges, exact_bearings
 from slam.files.ros.messages import MULTI_ECHO, RawMessage
 from slam.lidars import Lidar, ordered_bearings
 from slam.limits import BEAMS
@@ -59,7 +60,7 @@ class BagScan:
         """
         sign, beams = -1.0 if inverted else 1.0, self.beams
         first, step, turned = ordered_bearings(
-            sign * self.angle_min, sign * self.angle_increment, beams, decoder.exact_bearings
+            sign * self.angle_min, sign * self.angle_increment, beams, exact_bearings
         )
         fan = Lidar(first, step, beams, self.range_min, self.range_max, 0.0)
         if not turned:
@@ -88,12 +89,12 @@ def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
         frame=decoder.frame_name(scan.header.frame_id),
         angle_min=float(scan.angle_min),
         angle_increment=float(scan.angle_increment),
-        range_min=decoder.decimal(scan.range_min),
-        range_max=decoder.decimal(scan.range_max),
+        range_min=decimal(scan.range_min),
+        range_max=decimal(scan.range_max),
         beams=len(scan.ranges),
         fingerprint=hash(_readings(raw, scan).tobytes()),
-        time_increment=decoder.decimal(scan.time_increment),
-        scan_time=decoder.decimal(scan.scan_time),
+        time_increment=decimal(scan.time_increment),
+        scan_time=decimal(scan.scan_time),
     )
 
 
@@ -122,7 +123,7 @@ def ranges_of(
 def _ranges(raw: RawMessage) -> FloatArray:
     scan = decoder.decode(raw)
     readings = _readings(raw, scan)
-    ranges = decoder.decimal_ranges(readings)
+    ranges = decimal_ranges(readings)
     finite = np.isfinite(ranges)
     ranges[finite & (readings > scan.range_max)] = np.inf  # REP-117: no echo
     ranges[finite & (readings < scan.range_min)] = -np.inf  # REP-117: too close, which says nothing about free space

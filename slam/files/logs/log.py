@@ -179,5 +179,5 @@ class BagTopics(NamedTuple):
 
 
 def scan_time(stamps: FloatArray) -> float:
-    """Median time between two stamps, seconds; 0.1 for a single one."""
-    return float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.1
+    """Median time between two stamps, seconds, in whole nanoseconds; 0.1 for a single one."""
+    return round(float(np.median(np.diff(stamps))), 9) if len(stamps) > 1 else 0.1

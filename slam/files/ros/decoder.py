@@ -8,15 +8,13 @@ import numpy as np
 from rosbags.serde import SerdeError
 
 from slam.files.fields import LARGEST, BadLine, impossible
+from slam.files.ros.decimals import decimal, decimal_ranges, exact_bearings, rounded_pose, rounded_stamp
 from slam.files.ros.messages import STAMPED_TWIST, RawMessage, ros1_types, ros2_types
-from slam.lidars import whole_steps
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
 
 _GARBLED: Final = (SerdeError, struct.error, ValueError, LookupError, AssertionError, OverflowError, MemoryError)
-_FAR: Final = 16.0
-"""Metres from which single precision is coarser than a micrometre."""
 
 
 class Transform(NamedTuple):
@@ -61,27 +59,6 @@ def decode(raw: RawMessage) -> Any:
         return ros2_types().deserialize_cdr(raw.data, raw.type)
     except _GARBLED:
         raise BadLine("truncated") from None
-
-
-def decimal_ranges(ranges: Any) -> FloatArray:
-    """Convert ranges in single precision to the decimals that they stand for.
-
-    For a lidar that reports whole micrometres or millimetres, the result is exact.
-    """
-    with np.errstate(invalid="ignore"):  # at the nan of a damaged message
-        exact: FloatArray = ranges.astype(np.float64)
-    rounded: FloatArray = np.where(np.abs(exact) < _FAR, np.round(exact, 6), np.round(exact, 4))
-    return rounded
-
-
-def exact_bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
-    """Return the values that a bearing and a step in single precision stand for: whole steps of a turn, or decimals."""
-    return whole_steps(angle_min, angle_increment) or (decimal(angle_min), decimal(angle_increment))
-
-
-def decimal(value: float) -> float:
-    """Return the short decimal that a number in single precision stands for."""
-    return float(str(np.float32(value)))
 
 
 def decode_scan(raw: RawMessage) -> LaserScan:
@@ -140,7 +117,7 @@ def decode_transforms(raw: RawMessage) -> list[Transform]:
 
 def seconds(header: Any) -> float:
     """Return the stamp of a message."""
-    return round(float(header.stamp.sec) + 1e-9 * float(header.stamp.nanosec), 9)
+    return rounded_stamp(float(header.stamp.sec) + 1e-9 * float(header.stamp.nanosec))
 
 
 def frame_name(name: str) -> str:
@@ -177,5 +154,5 @@ def _planar(point: Any, q: Any) -> Pose2D:
         if not abs(value) <= LARGEST:
             raise impossible(name, value)
     if q.x == q.y == 0.0:
-        return Pose2D(point.x, point.y, wrap_angle(2.0 * atan2(q.z, q.w)))
+        return rounded_pose(Pose2D(point.x, point.y, wrap_angle(2.0 * atan2(q.z, q.w))))
     return Pose2D(point.x, point.y, atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z)))

@@ -88,7 +88,9 @@ def evaluate(
     estimate: Source, reference: Source | None = None, *, relations: str | Path | None = None, delta: float = 1.0,
     delta_unit: Unit = "m", align: bool = True, max_gap: float = 1.0,
 ) -> Evaluation:  # fmt: skip
-    """Score a trajectory: its absolute and relative error against a reference, or the metric of relations.
+    """Score a trajectory against a reference, by absolute and relative error, or against known relative poses.
+
+    ``relations`` is the file of the relative poses.
 
     A run folder has two trajectories, that estimated during the run and the final one with its loops closed; its
     default reference is its own true trajectory. The relative error is computed over pieces of ``delta`` metres of the

@@ -62,7 +62,7 @@ class CampusGenerator(Section):
     bays: float = Field(0.25, ge=0, le=1)
     """Share of the rooms without a wall to the corridor, on average."""
     furniture: float = Field(0.5, ge=0, le=1)
-    """Share of the rooms with a box or a table, on average: a room at its wall in the corridor, a bay inside."""
+    """Share of the rooms with a box or a table, on average: in the corridor beside the door, or in the bay."""
 
     def build(self) -> GeneratedWorld:
         """Build the world of these parameters: the same in any process."""

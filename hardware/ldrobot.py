@@ -25,8 +25,9 @@ _LAYOUT: Final = struct.Struct("<2sHH" + "HB" * POINTS + "HHB")
 SIZE: Final = _LAYOUT.size
 _POLYNOMIAL: Final = 0x4D
 _HUNDREDTH: Final = radians(0.01)
+"""Unit of angles on the wire, radians: a hundredth of a degree."""
 _TURN: Final = 36_000
-"""Unit of angles on the wire: hundredths of a degree."""
+"""A full turn in that unit."""
 
 
 def _crc_of_byte(byte: int) -> int:

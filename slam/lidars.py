@@ -121,7 +121,7 @@ TABLE1: Final = LidarModel(
     far_accuracy=0.025,
     noise=(0.010, 1.0, 0.01),
 )
-"""The simulated URG-04LX of the paper's Table 1: 128 beams of the real 682, called an eighth."""
+"""The simulated URG-04LX of the paper's Table 1: it has 128 beams, and the real one 682."""
 
 URG04LX: Final = LidarModel(
     lidar=Lidar(

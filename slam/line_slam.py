@@ -97,7 +97,7 @@ class LineSlam:
 
     @property
     def T_map_base(self) -> Pose2D:
-        """Current estimate ``T_map_base``; the map defines the pose of the frame ``local``."""
+        """Current estimate ``T_map_base``; with loops, the back end corrects it by the pose of the frame ``local``."""
         return self.T_map_local @ self.T_local_base if self.loops else self.T_local_base
 
     @property

@@ -69,7 +69,7 @@ def test_a_wrong_loop_is_not_confirmed_by_a_correct_one(off: tuple[float, float,
     assert waiting.confirmed(loop(graph, JUMP, 6, 2, off), steps_of(graph), []) == []
 
 
-def test_a_second_loop_confirms_the_first_a_wrong_one_waits() -> None:
+def test_a_second_loop_confirms_the_first_while_a_wrong_one_waits() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     right = [loop(graph, JUMP, SUBMAPS + k, k, RIGHT) for k in (1, 2, 3)]

@@ -63,7 +63,7 @@ def train(
     steps: Annotated[int, typer.Option(min=1, help="Steps of all robots together.")] = 500_000,
     robots: Annotated[int, typer.Option(min=1, help="Robots that learn at once.")] = 256,
 ) -> None:
-    """Train, save the policy, and compare it with random actions and with one written by hand."""
+    """Train, save the policy, and compare it with random actions and with a policy written by hand."""
     OUT.mkdir(parents=True, exist_ok=True)
     torch.set_num_threads(1)  # for so small a network, threads wait for each other
     envs = VecMonitor(BatchVecEnv(explorers(robots, offices=64), sectors, SPACE), str(OUT / "episodes"))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sim.batch.arguments import check_arguments, read_autoreset_mode, read_commands, read_reset_mask, read_seeds
 from sim.batch.outcomes import TIME, batch_info, endings, reward_terms
-from sim.batch.robots import Seen, make_robots, make_seen
+from sim.batch.robots import BatchObservation, make_observation, make_robots
 from sim.batch.slam_views import SlamViews
 from sim.batch.step import begin_streams, step_robots
 from sim.batch.worlds import timing_of, worlds_of
@@ -91,7 +91,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         self._pool = ThreadPoolExecutor(self._threads) if self._threads > 1 else None
         self._slam = SlamViews(self.config, scenarios, self._timing, self._threads) if slam else None
         self._over = np.ones(num_envs, np.bool_)
-        self._seen: Seen | None = None
+        self._seen: BatchObservation | None = None
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -100,7 +100,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         mask = read_reset_mask(options, self.num_envs)
         self._seed(seed, mask)
         rows: Iterable[Any] = () if self._seen is None else self._seen
-        self._seen = Seen(*map(np.copy, rows)) if self._seen else self._make_seen()
+        self._seen = BatchObservation(*map(np.copy, rows)) if self._seen else self._make_observation()
         self._step(mask, np.zeros_like(mask), np.zeros((self.num_envs, 2)))
         self._over &= ~mask
         terms = reward_terms(self._seen, self.config, mask)
@@ -118,7 +118,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         begins = self._over if mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._over)
         tracks = self._worlds.models["track"][self._robots.world]
         commands = read_commands(actions, self.config, tracks)
-        self._seen = self._make_seen()
+        self._seen = self._make_observation()
         self._step(begins, ~begins, commands)
         terms = reward_terms(self._seen, self.config, begins)
         lost = self._slam.lost if self._slam else np.zeros_like(begins)
@@ -143,11 +143,11 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         if self._slam is not None:
             self._slam.close()
 
-    def _step(self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], commands: FloatArray) -> None:
-        """Let these robots begin an episode and the others continue, on all threads."""
+    def _step(self, begins: NDArray[np.bool_], continues: NDArray[np.bool_], commands: FloatArray) -> None:
+        """Let the robots of ``begins`` begin an episode, and those of ``continues`` drive on, on all threads."""
         assert self._seen is not None
         polar, cell = self.config.goal_as == "polar", self.config.cell
-        arguments = begins, goes_on, commands, self._worlds, self._timing, polar, cell, self._robots, self._seen
+        arguments = begins, continues, commands, self._worlds, self._timing, polar, cell, self._robots, self._seen
         if self._pool is None:
             step_robots(0, self.num_envs, *arguments)
         else:
@@ -156,7 +156,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
             for part in parts:
                 part.result()
         if self._slam is not None:
-            self._slam.update(begins, goes_on, self._robots, self._seen)
+            self._slam.update(begins, continues, self._robots, self._seen)
 
     def _finals(self, terms: dict[str, FloatArray], ending: NDArray[np.int64]) -> dict[str, Any]:
         """Return the observations and infos that ended episodes, in the form of gymnasium's own vector environments."""
@@ -184,11 +184,11 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
     @property
     def bytes_a_robot(self) -> float:
         """Memory of a robot and of its views in one step, without that of the worlds, which all robots share."""
-        arrays = [*self._robots, *(self._seen or self._make_seen())]
+        arrays = [*self._robots, *(self._seen or self._make_observation())]
         return sum(rows.nbytes for rows in arrays) / self.num_envs
 
-    def _make_seen(self) -> Seen:
-        return make_seen(self.num_envs, self._worlds, self._timing, self._views, self.config.map_cells)
+    def _make_observation(self) -> BatchObservation:
+        return make_observation(self.num_envs, self._worlds, self._timing, self._views, self.config.map_cells)
 
     def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> None:
         """Start the random streams of these robots; a robot without a seed continues its stream."""

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sim.batch.noise import disturb
-from sim.batch.robots import Robots, Scratch, Seen
+from sim.batch.robots import BatchObservation, Robots, Scratch
 from sim.batch.worlds import Timing, Worlds
 from sim.random_stream import fill_uniform
 from sim.rays import fire_beams
@@ -29,7 +29,7 @@ class Turn(NamedTuple):
 
 
 @compiled_on_views
-def take_scan(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen, scratch: Scratch) -> Turn:
+def take_scan(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: BatchObservation, scratch: Scratch) -> Turn:
     """Simulate one revolution into the scratch arrays; write ``seen.scan`` at the lidar's nominal bearings."""
     base, w = robots.base[i], robots.world[i]
     turn = _next_turn(w, worlds, timing, base, scratch)

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.batch.robots import Robots, Seen
+from sim.batch.robots import BatchObservation, Robots
 from sim.batch.worlds import Timing
 from slam.env.config import EnvConfig
 from slam.pose import FloatArray
@@ -14,7 +14,7 @@ ENDINGS: Final = ("", "collision", "goal", "lost", "time")
 TIME: Final = 4
 
 
-def reward_terms(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_]) -> dict[str, FloatArray]:
+def reward_terms(seen: BatchObservation, config: EnvConfig, begins: NDArray[np.bool_]) -> dict[str, FloatArray]:
     """Terms whose sum is the reward, (N,) each; 0 for the first scan of an episode."""
     metres, cells = seen.gained.T
     gained = {"progress": metres, "coverage": config.cell**2 * cells, "none": 0.0 * metres}
@@ -22,7 +22,9 @@ def reward_terms(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_]) -> di
     return {config.reward: gained[config.reward], "collision": -config.collision_penalty * hit}
 
 
-def endings(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_], lost: NDArray[np.bool_]) -> NDArray[np.int64]:
+def endings(
+    seen: BatchObservation, config: EnvConfig, begins: NDArray[np.bool_], lost: NDArray[np.bool_]
+) -> NDArray[np.int64]:
     """Index in ENDINGS of the first end of ``end_on`` that is true, (N,)."""
     come = {"collision": seen.collided | seen.stalled, "goal": seen.arrived, "lost": lost}
     ending = np.zeros(len(begins), np.int64)
@@ -32,7 +34,7 @@ def endings(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_], lost: NDAr
 
 
 def batch_info(
-    of: NDArray[np.bool_], robots: Robots, seen: Seen, timing: Timing,
+    of: NDArray[np.bool_], robots: Robots, seen: BatchObservation, timing: Timing,
     terms: dict[str, FloatArray], ending: NDArray[np.int64], slam: dict[str, NDArray[Any]],
 ) -> dict[str, Any]:  # fmt: skip
     """Make the ``info`` of these robots: copied arrays of all robots, each with a mask of the robots it is valid for.

@@ -33,7 +33,7 @@ class Robots(NamedTuple):
     """(N, rows, columns): occupancy grids, large enough for every world; (N, 0, 0) if nothing needs them."""
 
 
-class Seen(NamedTuple):
+class BatchObservation(NamedTuple):
     """What N robots observe in one step: views, contacts, progress; a view that is not requested has no rows."""
 
     scan: NDArray[np.float32]
@@ -104,12 +104,14 @@ def make_scratch(worlds: Worlds, timing: Timing) -> Scratch:
     )  # fmt: skip
 
 
-def make_seen(count: int, worlds: Worlds, timing: Timing, views: tuple[str, ...], map_cells: int) -> Seen:
+def make_observation(
+    count: int, worlds: Worlds, timing: Timing, views: tuple[str, ...], map_cells: int
+) -> BatchObservation:
     """Make new arrays for ``count`` robots; the view ``ranges`` is the input of SLAM."""
     rows = {name: count if name in views else 0 for name in ("odometry", "goal", "map", "ranges")}
     beams = worlds.bearings.shape[1]
     collided, stalled, arrived, late = np.zeros((4, count), np.bool_)
-    return Seen(
+    return BatchObservation(
         np.empty((count, beams), np.float32), np.empty((rows["odometry"], 5), np.float32),
         np.empty((rows["goal"], 2), np.float32), np.empty((rows["map"], 1, map_cells, map_cells), np.uint8),
         np.empty((count, 3)), np.zeros((count, 2)),

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.batch.robots import Robots, Seen
+from sim.batch.robots import BatchObservation, Robots
 from sim.batch.slam_pool import Arrays, Estimated, ScanOfRobot, SlamPool, SlamTask
 from sim.batch.worlds import Timing
 from slam.closing import Closing
@@ -27,9 +27,11 @@ class SlamViews(Closing):
         self.views: Arrays = {}
         self.info: Arrays = {}
 
-    def update(self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], robots: Robots, seen: Seen) -> None:
+    def update(
+        self, begins: NDArray[np.bool_], continues: NDArray[np.bool_], robots: Robots, seen: BatchObservation
+    ) -> None:
         """Run SLAM on the scans of these robots in this step."""
-        answers = self._pool.estimate(list(self._new_scans(begins, goes_on, robots, seen)))
+        answers = self._pool.estimate(list(self._new_scans(begins, continues, robots, seen)))
         self.views = _updated(self.views, len(begins), answers, "views")
         self.info = _updated(self.info, len(begins), answers, "info")
 
@@ -42,10 +44,10 @@ class SlamViews(Closing):
         self._pool.close()
 
     def _new_scans(
-        self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], robots: Robots, seen: Seen
+        self, begins: NDArray[np.bool_], continues: NDArray[np.bool_], robots: Robots, seen: BatchObservation
     ) -> Iterator[ScanOfRobot]:
         lidar, config, timing = self._scenario.lidar.description.lidar, self._scenario.lidar, self._timing
-        for i in np.flatnonzero(begins | goes_on).tolist():
+        for i in np.flatnonzero(begins | continues).tolist():
             beams, begin = int(seen.turns[i, 0]), float(seen.turns[i, 1])
             share = lidar.beams / beams
             stamp = float((robots.turns[i] - 1) * timing.scan_time + timing.controls_before * timing.period)

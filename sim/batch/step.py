@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from sim.batch.grid import crop, mark_ranges
 from sim.batch.lidar import Turn, take_scan
-from sim.batch.robots import Robots, Scratch, Seen, make_scratch
+from sim.batch.robots import BatchObservation, Robots, Scratch, make_scratch
 from sim.batch.worlds import Timing, Worlds
 from sim.dead_reckoning import reported_pose, take_mean_twist
 from sim.firmware import command
@@ -29,8 +29,8 @@ def begin_streams(base: NDArray[Any], seeds: NDArray[np.uint64], chosen: NDArray
 
 @compiled
 def step_robots(
-    first: int, stop: int, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], commands: FloatArray,
-    worlds: Worlds, timing: Timing, polar: bool, cell: float, robots: Robots, seen: Seen,
+    first: int, stop: int, begins: NDArray[np.bool_], continues: NDArray[np.bool_], commands: FloatArray,
+    worlds: Worlds, timing: Timing, polar: bool, cell: float, robots: Robots, seen: BatchObservation,
 ) -> None:  # fmt: skip
     """Let the robots ``first`` to ``stop`` begin an episode, or continue theirs until the next scan.
 
@@ -38,14 +38,14 @@ def step_robots(
     """
     scratch = make_scratch(worlds, timing)
     for i in range(first, stop):
-        if begins[i] or goes_on[i]:
+        if begins[i] or continues[i]:
             _step(i, begins[i], commands[i, 0], commands[i, 1], worlds, timing, polar, cell, robots, seen, scratch)
 
 
 @compiled_on_views
 def _step(
     i: int, begins: bool, v: float, omega: float,
-    worlds: Worlds, timing: Timing, polar: bool, cell: float, robots: Robots, seen: Seen, scratch: Scratch,
+    worlds: Worlds, timing: Timing, polar: bool, cell: float, robots: Robots, seen: BatchObservation, scratch: Scratch,
 ) -> None:  # fmt: skip
     if begins:
         _begin(i, worlds, robots)
@@ -75,7 +75,7 @@ def _begin(i: int, worlds: Worlds, robots: Robots) -> None:
 
 
 @compiled_on_views
-def _observe(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen, scratch: Scratch) -> Turn:
+def _observe(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: BatchObservation, scratch: Scratch) -> Turn:
     """Let the time of one scan pass, and take the scan as ``SimRobot.observe`` does.
 
     Its ranges are in the scratch arrays.
@@ -112,7 +112,7 @@ def _pass(i: int, controls: int, worlds: Worlds, robots: Robots, scratch: Scratc
 
 
 @compiled_on_views
-def _follow_route(i: int, worlds: Worlds, robots: Robots, seen: Seen, begins: bool, polar: bool) -> None:
+def _follow_route(i: int, worlds: Worlds, robots: Robots, seen: BatchObservation, begins: bool, polar: bool) -> None:
     """Pass the way-points that are reached, as ``RouteProgress.advance`` does, and locate the next one."""
     w, k = robots.world[i], robots.waypoint[i]
     x, y = seen.pose[i, 0], seen.pose[i, 1]
@@ -132,7 +132,7 @@ def _follow_route(i: int, worlds: Worlds, robots: Robots, seen: Seen, begins: bo
 
 
 @compiled_on_views
-def _see_goal(i: int, w: int, k: int, worlds: Worlds, seen: Seen, polar: bool) -> None:
+def _see_goal(i: int, w: int, k: int, worlds: Worlds, seen: BatchObservation, polar: bool) -> None:
     if k == worlds.waypoint_counts[w]:
         seen.goal[i, 0] = seen.goal[i, 1] = 0.0
         return
@@ -147,7 +147,7 @@ def _see_goal(i: int, w: int, k: int, worlds: Worlds, seen: Seen, polar: bool) -
 
 @compiled_on_views
 def _map(
-    i: int, worlds: Worlds, timing: Timing, cell: float, robots: Robots, seen: Seen, begins: bool,
+    i: int, worlds: Worlds, timing: Timing, cell: float, robots: Robots, seen: BatchObservation, begins: bool,
     turn: Turn, scratch: Scratch,
 ) -> None:  # fmt: skip
     """Mark the cells that the scan sees in the robot's grid, and cut out the square around the robot."""

@@ -33,9 +33,7 @@ class Limit:
 
 
 CHUNK: Final = Limit(64 * _MIB, "bytes", "recorders close a chunk at 1 to 16 MB, and one is in memory as a whole")
-UNPACKED_AT_ONCE: Final = Limit(
-    64 * _MIB, "unpacked bytes", "a small file may unpack to this size, however well it is packed"
-)
+UNPACKED_AT_ONCE: Final = Limit(64 * _MIB, "unpacked bytes", "so little does no harm, even from a file of a few bytes")
 UNPACKED_PER_BYTE: Final = Limit(
     1_000, "times the packed size", "a scan packs to a fifth of its size, that of a standing robot to a 300th"
 )
@@ -61,9 +59,9 @@ CASES: Final = Limit(10_000, "cases of a sweep", "each is checked before the fir
 
 LIMITS: Final[dict[str, Limit]] = {
     "Bytes of one chunk or message of a bag": CHUNK,
-    "Bytes that any packed file may unpack to": UNPACKED_AT_ONCE,
-    "Beyond that: unpacked bytes per packed byte": UNPACKED_PER_BYTE,
-    "Beyond that: unpacked bytes in all": UNPACKED,
+    "Unpacked bytes up to which any packing ratio is allowed": UNPACKED_AT_ONCE,
+    "Packing ratio of a larger file: unpacked bytes per packed byte": UNPACKED_PER_BYTE,
+    "Unpacked bytes of any file": UNPACKED,
     "Bytes of a line of a text log": LINE,
     "Beams of a scan": BEAMS,
     "Scans of a log": SCANS,

@@ -24,7 +24,7 @@ def bench_hardware(
     parts: Annotated[list[Benchmark] | None, typer.Argument(help="Benchmarks; default: all.")] = None,
     seconds: Annotated[float, typer.Option(min=2.0, metavar="S", help="load: seconds to drive.")] = 20.0,
     packets: Annotated[int, typer.Option(min=1, help="noise: messages of each kind.")] = 10_000,
-    scenario: Annotated[str, typer.Option(metavar="NAME", help="sim, env: scenario to drive twice.")] = "corridor",
+    scenario: Annotated[str, typer.Option(metavar="NAME", help="sim, env: scenario to drive.")] = "corridor",
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="load, faults, sim, env: change one setting.")
     ] = None,

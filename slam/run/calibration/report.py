@@ -78,8 +78,8 @@ def write_wheels(path: Path, extends: str, scenario: Scenario, backend: str, cal
     } | wheel_settings(scenario, backend, calibration.fit)
     errors = calibration.errors
     note = (
-        f"# Two standard errors of the factors, from square to square: left wheel {2.0 * errors.left:.5f}, right wheel "
-        f"{2.0 * errors.right:.5f}, track {2.0 * errors.track:.5f}.\n"
+        f"# Two standard errors of the factors, from differences between squares: left wheel {2.0 * errors.left:.5f}, "
+        f"right wheel {2.0 * errors.right:.5f}, track {2.0 * errors.track:.5f}.\n"
     )
     with require_writable(path, "choose another --out FILE"):
         write_atomic(path, note + yaml.safe_dump(content, sort_keys=False, allow_unicode=True))

@@ -244,7 +244,7 @@ def test_a_lost_port_is_reported_and_a_port_is_exclusive() -> None:
 
 
 def test_an_emulator_that_is_not_a_robot_is_named(tmp_path: Path) -> None:
-    """Two ports mixed up: the lidar's driver finds no lidar, and says where."""
+    """Two ports mixed up: the lidar's driver finds no lidar, and names the port."""
     with Emulator(plant(), TcpPort(), TcpPort(), paced=False) as emulator:
         swapped = [f"robot_port={emulator.lidar.port.address}", f"lidar_port={emulator.robot.port.address}"]
         wrong = load_scenario("corridor", [f"hardware.{setting}" for setting in swapped])

@@ -34,7 +34,7 @@ class Robots(NamedTuple):
 
 
 class BatchObservation(NamedTuple):
-    """What N robots observe in one step: views, contacts, progress; a view that is not requested has no rows."""
+    """Observations of N robots in one step: views, contacts, progress; a view that is not requested has no rows."""
 
     scan: NDArray[np.float32]
     """(N, B): ranges; ``range_max`` without an echo, 0 where something is too close."""

@@ -178,7 +178,7 @@ def test_a_robot_is_localized_in_the_map_of_a_run(run: hopslam.Run, tmp_path: Pa
     [
         (lambda: hopslam.run(None), "scenario: expected a name or a path"),
         (lambda: hopslam.run("corridor", settings=None), "a list of strings"),
-        (lambda: hopslam.run("corridor", settings=[5]), "a list of strings"),
+        (lambda: hopslam.run("corridor", settings=[5]), "a list of strings"),  # type: ignore[list-item]
         (lambda: hopslam.run("corridor", out=5), "out: expected a path"),
         (lambda: hopslam.replay(None), "log: expected a path"),
         (lambda: hopslam.localize(None, "map.json"), "source: expected a path"),

@@ -34,9 +34,9 @@ coverage: .venv/.dev
 	$(COVERAGE) run -m pytest -q -n auto --dist loadfile $(TESTS)
 	NUMBA_DISABLE_JIT=1 $(COVERAGE) run -m pytest -q $(UNCOMPILED)
 	$(COVERAGE) combine --quiet
-	$(COVERAGE) json --quiet -o .coverage.json
+	$(COVERAGE) json --quiet -o .coverage-report.json
 	@$(COVERAGE) report --skip-covered --show-missing --include="$$(printf '%s/*,' $(CORE))"
-	@.venv/bin/python tests/coverage_by_package.py .coverage.json $(CORE)
+	@.venv/bin/python tests/coverage_by_package.py .coverage-report.json $(CORE)
 
 # Runs on topics of ROS 2, with the rclpy of two distributions as the other end; 600 MB of wheels, and ten minutes.
 ROS_PYTHONS := $(CURDIR)/.venv-ros/jazzy/bin/python:$(CURDIR)/.venv-ros/kilted/bin/python

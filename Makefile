@@ -1,7 +1,8 @@
 # make run, make test, make lint: each sets up .venv first where that is not done yet.
 
 WHY := hopslam needs CPython 3.11, 3.12 or 3.13 with venv (3.11 is best: PyBullet has wheels for no newer one), or uv
-# Python compiles to bytecode what it imports; pip would compile every file of every package.
+# Python compiles to bytecode what it imports, and keeps it; pip would compile every file of every package.
+unexport PYTHONDONTWRITEBYTECODE
 PIP := pip install --quiet --no-compile
 INSTALL := .venv/bin/$(PIP)
 

@@ -21,8 +21,8 @@ _CLOSE: Final = 0
 _BEAT: Final = 0.1
 """Seconds between two looks at the clock."""
 _GAP: Final = 0.5
-"""Seconds between two checks after which the program must have been suspended. SIGCONT alone does not prove that: a
-program also gets it when its terminal is closed."""
+"""Seconds; a longer time between two checks shows that the program was suspended. SIGCONT alone does not show that, as
+a program also gets it when its terminal is closed."""
 _lock: Final = threading.Lock()
 _current: _ProcessWatch | None = None
 """The watch of this process; None while it has no robot."""

@@ -23,7 +23,7 @@ class Crowd(NamedTuple):
     node_counts: NDArray[np.int64]
     """(W, P): number of nodes."""
     habits: FloatArray
-    """(W, P, 5): speed, pause, keep, stance, stride of each person."""
+    """(W, P, 5): ``speed``, ``pause``, ``keep``, ``stance`` and ``stride`` of each ``Person``."""
     starts: FloatArray
     """(W, P): metres walked when a run begins."""
     leg_radii: FloatArray

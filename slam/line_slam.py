@@ -145,7 +145,7 @@ class LineSlam:
         self, stamp: float, began: float, segments: Segments | None = None, match: Match = NO_MATCH,
         extraction_time: float = 0.0, closure: Closure | None = None,
     ) -> Estimate:  # fmt: skip
-        """Return the estimate in the map frame; the time that a stepped run waits for the back end does not count."""
+        """Return the estimate in the map frame; time spent waiting for the back end does not count."""
         waited = self.loops.waited if self.loops and segments is not None else 0.0
         return Estimate(
             stamp, self.T_map_base, segments, match.turned(self.T_map_local.theta), len(self.points), extraction_time,

@@ -9,7 +9,7 @@ from slam.config import LeastSquaresConfig, MotionConfig
 from slam.pose import FloatArray, Pose2D
 
 BEYOND = 9.0
-"""Largest squared correction of odometry that its model explains, as a factor of its variance: three sigma."""
+"""The model explains squared corrections of odometry up to this multiple of its predicted variance: three sigma."""
 
 
 def motion_covariance(motion: Pose2D, heading: float, config: MotionConfig) -> FloatArray:
@@ -67,8 +67,8 @@ def updated_excess(
     A ``correction`` (3,) counts only beyond three standard deviations of the covariance ``motion`` (3, 3). The excess
     rises to it at once, decays by ``memory``, and stays within the search window.
 
-    A factor on the variances does not help if the wheels report no motion, as the variance is then zero. Wheels that
-    failed once fail again soon, so that a mean over the good scans between would be too small.
+    It is a variance to add, and not a factor on the predicted one, which is zero if the wheels report no motion. It is
+    not a mean either, which would be too small: wheels that failed once fail again soon, with good scans in between.
     """
     dx, dy, turn = correction
     place = 0.5 * (dx * dx + dy * dy) - BEYOND * max(motion[0, 0], motion[1, 1])

@@ -230,7 +230,8 @@ def test_a_scan_is_deskewed_in_both_directions_of_rotation(room: FloatArray, ord
     for k in range(8):
         headings = 0.1 * k * turn + (turn * between * np.arange(401) if k else 0.0) + bearings
         estimate = slam.update(distances(room, (0.5, 0.5), headings), bearings, (0.5, 0.5, 0.1 * k * turn), 0.1 * k)
-    assert estimate.stamp == pytest.approx(0.7 if order == 1 else 0.75)  # of the first beam counter-clockwise
+    # the stamp is the time of the first beam counter-clockwise; a clockwise turn takes that beam last
+    assert estimate.stamp == pytest.approx(0.7 if order == 1 else 0.75)
     assert estimate.pose.theta == pytest.approx(turn * estimate.stamp, abs=1e-3)
 
 

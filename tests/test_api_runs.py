@@ -3,12 +3,14 @@
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hopslam
+from slam.errors import InputError
 from slam.files.tum import read_tum
 from slam.run.loop import Ending
 from slam.run.results.run_record import RunRecord
@@ -169,3 +171,21 @@ def test_a_robot_is_localized_in_the_map_of_a_run(run: hopslam.Run, tmp_path: Pa
     assert "sure_after_s" in found.metrics
     with pytest.raises(hopslam.InputError, match="nothing is random"):
         hopslam.localize(run.folder, run.folder / "map.json", seed=3)
+
+
+@pytest.mark.parametrize(
+    ("call", "named"),
+    [
+        (lambda: hopslam.run(None), "scenario: expected a name or a path"),
+        (lambda: hopslam.run("corridor", settings=None), "a list of strings"),
+        (lambda: hopslam.run("corridor", settings=[5]), "a list of strings"),  # type: ignore[list-item]
+        (lambda: hopslam.run("corridor", out=5), "out: expected a path"),
+        (lambda: hopslam.replay(None), "log: expected a path"),
+        (lambda: hopslam.localize(None, "map.json"), "source: expected a path"),
+        (lambda: hopslam.sweep(None), "a list of strings"),
+        (lambda: hopslam.evaluate(None), "the path of a run folder or a TUM file"),
+    ],
+)
+def test_a_wrong_type_of_argument_is_named(call: Callable[[], object], named: str) -> None:
+    with pytest.raises(InputError, match=named):
+        call()

@@ -15,7 +15,7 @@ from slam.bench.loops.block_table import block_table
 from slam.bench.loops.both_ways import BothWays, run_both_ways
 from slam.bench.loops.log_results import LogResult, TrajectoryScore
 from slam.bench.loops.log_tables import cost_table, error_table, noise_table, place_table
-from slam.bench.loops.loop_errors import count_loops, is_wrong, loop_errors
+from slam.bench.loops.loop_errors import LoopCounts, count_loops, is_wrong, loop_errors
 from slam.bench.loops.place_hits import PlaceHits, place_hits, rank_of
 from slam.bench.loops.sim_drives import drive
 from slam.bench.loops.sim_tables import hour_table
@@ -36,6 +36,7 @@ from slam.run.scoring.pose_errors import InterpolatedPoses, PoseErrors
 
 NAN = float("nan")
 SMALL = block_log(1, 90)
+"""90 scans from a walk between blocks of rooms."""
 DRIFT = np.array([3.0, -2.0, 0.4])
 
 
@@ -96,9 +97,13 @@ def test_distant_loops_are_wrong_or_have_no_reference(both: BothWays) -> None:
     closed, truth = run_with_loops(
         both.closed, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]), np.zeros(3)
     )
-    assert count_loops(closed, truth) == (9, 3, 3, 1, 2, 1)
+    assert count_loops(closed, truth) == LoopCounts(
+        tried=9, accepted=3, judged=3, wrong=1, believed=2, believed_wrong=1
+    )
     unknown = truth._replace(known=np.zeros(16, np.bool_))
-    assert count_loops(closed, unknown) == (9, 3, 0, 0, 2, 0)
+    assert count_loops(closed, unknown) == LoopCounts(
+        tried=9, accepted=3, judged=0, wrong=0, believed=2, believed_wrong=0
+    )
 
 
 def result(**changed: Any) -> LogResult:
@@ -163,7 +168,7 @@ def test_short_walls_do_not_define_the_axes() -> None:
     assert np.isnan(rms_off_axes(walls[3:]))
 
 
-def test_both_modes_get_the_same_scans_one_closes_no_loop(both: BothWays) -> None:
+def test_both_modes_get_the_same_scans_and_one_closes_loops(both: BothWays) -> None:
     alone = LineSlam(SlamConfig(loops="never"), SMALL.T_base_laser)
     poses = stack_poses(alone.update(SMALL.scan(k), SMALL.odometry(k)).T_map_base for k in range(len(SMALL)))
     assert np.array_equal(both.unclosed, poses)
@@ -203,7 +208,7 @@ def test_the_command_runs_both_modes(tmp_path: Path) -> None:
     assert "| 0, 0 |" in text
 
 
-def test_missing_logs_are_skipped_unknown_parts_named(tmp_path: Path) -> None:
+def test_missing_logs_are_skipped_and_unknown_parts_named(tmp_path: Path) -> None:
     shown = CliRunner().invoke(app, ["bench", "loops", "logs", "--stress", "--log", "fr079", "--data", str(tmp_path)])
     assert shown.exit_code == 0
     assert shown.output.count("; skipped") == 2

@@ -102,7 +102,7 @@ def test_a_killed_run_has_no_closed_trajectory(copy: Path) -> None:
     assert record.graph is None
 
 
-def test_a_graph_table_of_an_older_version_is_read(copy: Path) -> None:
+def test_steps_of_an_older_version_are_read(copy: Path) -> None:
     lines = (copy / "steps.csv").read_text().splitlines()
     older = lines[0].split(",").index("local_x")
     (copy / "steps.csv").write_text("\n".join(",".join(line.split(",")[:older]) for line in lines) + "\n")
@@ -215,8 +215,9 @@ def test_the_saved_state_lies_in_the_closed_map(lap_run: Path) -> None:
     assert saved is not None
     assert record.traces.closed is not None
     assert saved.T_map_base.distance(Pose2D.from_array(record.traces.closed[-1])) < 3e-6
-    entered = np.array([pose.as_array() for pose, _ in saved.mapper.uncertainty.tiles.values()])
-    distances = np.hypot(*(record.traces.closed[None, :, :2] - entered[:, None, :2]).transpose(2, 0, 1)).min(axis=1)
+    first_entries = np.array([pose.as_array() for pose, _ in saved.mapper.uncertainty.tiles.values()])
+    apart = record.traces.closed[None, :, :2] - first_entries[:, None, :2]
+    distances = np.hypot(*apart.transpose(2, 0, 1)).min(axis=1)
     assert distances.max() < 1e-5
 
 

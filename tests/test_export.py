@@ -94,7 +94,7 @@ def load_map(folder: Path) -> tuple[dict[str, Any], FloatArray]:
     return header, np.where(dark >= header["occupied_thresh"], 100, np.where(dark <= header["free_thresh"], 0, -1))
 
 
-def test_a_ros_map_is_free_on_the_path_occupied_at_walls(record: RunRecord, tmp_path: Path) -> None:
+def test_a_ros_map_is_free_on_the_path_and_occupied_at_walls(record: RunRecord, tmp_path: Path) -> None:
     export(record, "ros", tmp_path / "map")
     header, cells = load_map(tmp_path / "map")
     assert set(np.unique(cells)) == {-1, 0, 100}

@@ -148,12 +148,12 @@ def test_a_bare_wall_does_not_change_the_motion_along_it() -> None:
 
 
 def test_with_the_printed_gains_the_update_is_plain_descent() -> None:
-    """For xi = 1 - zeta and eta = 1, eqs. (34) and (35) from rest give dX = -sum f for every leak."""
+    """With xi = 1 - zeta and eta = 1, eqs. (34) and (35), begun at rest, give dX = -sum f, whatever zeta is."""
     segments = segments_by_hopping(room(Pose2D(0.04, 0.02, 0.01)), HoppingConfig())
-    leaky = match_points_to_segments(room(Pose2D()), segments, CONFIG)
+    printed = match_points_to_segments(room(Pose2D()), segments, CONFIG)
     plain = match_points_to_segments(room(Pose2D()), segments, CONFIG.model_copy(update={"xi": 1.0, "zeta": 0.0}))
-    assert leaky.iterations == plain.iterations
-    assert leaky.T_prior_laser.distance(plain.T_prior_laser) < 1e-12
+    assert printed.iterations == plain.iterations
+    assert printed.T_prior_laser.distance(plain.T_prior_laser) < 1e-12
 
 
 def test_the_force_peaks_at_its_known_distance() -> None:

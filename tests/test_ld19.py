@@ -23,7 +23,8 @@ from slam.deskew import deskewed
 from slam.env.p3dx_env import P3DXEnv
 from slam.lidars import LD19, LIDARS, Lidar
 from slam.odometry import Twist2D
-from slam.pose import FloatArray
+from slam.pose import FloatArray, Pose2D
+from slam.robot import Observation
 from slam.run.experiment_setup import scenario_experiment
 from slam.run.gym_arrays import nearest_beams, scan_array
 from slam.scan import LaserScan
@@ -130,12 +131,12 @@ def test_the_driver_sees_the_room_and_stops_without_scans() -> None:
         Emulator(plant(), lidar="ld19") as emulator,
         HardwareRobot(load_scenario("corridor", emulator.port_settings), yes=True) as robot,
     ):
-        counts = set()
+        seen = []
         for _ in range(12):
             robot.drive(Twist2D(0.2, 0.5))
-            seen = robot.observe(5.0)
-            assert seen is not None
-            counts.add(len(seen.scan.ranges))
+            observation = robot.observe(5.0)
+            assert observation is not None
+            seen.append(observation)
         emulator.do(lambda: emulator.scanner.set_dead(True))
         until = time.monotonic() + 20.0
         while emulator.p3dx.motors.moving and time.monotonic() < until:
@@ -143,10 +144,15 @@ def test_the_driver_sees_the_room_and_stops_without_scans() -> None:
             time.sleep(0.02)
         assert not emulator.p3dx.motors.moving
         assert "no scan" in str(robot.trouble)
-    assert len(counts) > 1
-    scan = deskewed(seen.scan, seen.odometry.twist, robot.T_base_laser)
-    off = to_walls((seen.odometry.T_odom_base @ robot.T_base_laser).transform(scan.points()))
-    assert np.median(off) < 0.01
+    assert len({len(observation.scan.ranges) for observation in seen}) > 1
+    off = [to_walls(points_of(observation, robot.T_base_laser)) for observation in seen[6:]]
+    assert np.median([np.median(distances) for distances in off]) < 0.01  # a busy machine delays one or two
+
+
+def points_of(observation: Observation, T_base_laser: Pose2D) -> FloatArray:
+    """The points of a scan, deskewed, in the odometry's frame."""
+    scan = deskewed(observation.scan, observation.odometry.twist, T_base_laser)
+    return (observation.odometry.T_odom_base @ T_base_laser).transform(scan.points())
 
 
 def test_doctor_recognizes_the_lidar_without_a_command() -> None:

@@ -32,12 +32,12 @@ class Driven(NamedTuple):
     fastest: float
 
 
-def drive(direction: float, turn: float, at: int, still: int = 1200) -> Driven:
+def drive(direction: float, turn: float, at: int, max_steps: int = 1200) -> Driven:
     """Drive on an estimate that is off by JUMP metres in ``direction`` and by ``turn`` until step ``at``."""
     off = Pose2D(JUMP * cos(direction), JUMP * sin(direction), turn)
     pilot, pose = WaypointPilot(ROUTE, Pose2D()), Pose2D()
     length = turned = fastest = 0.0
-    for step in range(still):
+    for step in range(max_steps):
         command: Twist2D | None = pilot.command(pose if step >= at else off @ pose)
         if command is None:
             return Driven(step, length, turned, pose, fastest)

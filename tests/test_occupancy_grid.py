@@ -23,10 +23,13 @@ def depth_in(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 @given(place, place, st.floats(-np.pi, np.pi), lengths, st.booleans(), st.booleans())
-def test_a_scan_frees_the_cells_whose_middle_its_beams_span(
+def test_a_scan_frees_the_cells_between_neighbouring_beams(
     x: float, y: float, first: float, lengths: list[float], whole_turn: bool, echo: bool
 ) -> None:
-    """A middle within 1e-9 of a triangle's side may be marked or not."""
+    """Two neighbouring beams span a triangle, and free the cells whose middle lies in it.
+
+    A middle within 1e-9 of a side may be free or not.
+    """
     cells, beams = np.zeros((SIZE, SIZE), np.uint8), len(lengths)
     whole_turn &= beams > 2
     bearings = first + np.arange(beams) * (2.0 * np.pi / beams if whole_turn else 3.0 / beams)

@@ -7,7 +7,7 @@ import pytest
 
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
-from slam.graph.open_loops import settled
+from slam.graph.open_loops import completed_by_graph
 from slam.graph.pose_graph import BREAK, NO_LOOP, Edge, Edges
 from slam.graph.single_poses import between, composed
 from slam.graph.submap_graph import SubmapGraph
@@ -36,7 +36,7 @@ def graph_with(off: float) -> tuple[SubmapGraph, Loop]:
 @pytest.mark.parametrize("off", [0.0, 0.7, -3.0])
 def test_an_open_direction_follows_the_graph(off: float) -> None:
     graph, loop = graph_with(off)
-    found = settled(loop, graph)
+    found = completed_by_graph(loop, graph)
     known = between(graph.submaps[0].T_local_submap, graph.submaps[1].T_local_submap)
     np.testing.assert_allclose(found.edges[0].measured, known + BESIDE, atol=1e-9)
     place = composed(found.T_other_submap, graph.submaps[1].T_local_submap)
@@ -47,7 +47,7 @@ def test_an_open_direction_follows_the_graph(off: float) -> None:
 def test_a_loop_without_an_open_direction_is_unchanged() -> None:
     graph, loop = graph_with(0.7)
     sure = replace(loop, ambiguous=False)
-    assert settled(sure, graph) is sure
+    assert completed_by_graph(sure, graph) is sure
 
 
 def test_edges_over_breaks_become_ordinary_edges() -> None:

@@ -1,4 +1,4 @@
-"""The realistic noise: its parts, and their absence in the other models."""
+"""The noise of the simulated lidar, most of all the parts of the realistic one."""
 
 from typing import get_args
 
@@ -27,7 +27,7 @@ def many(ranges: np.ndarray, config: LidarConfig = REALISTIC, time: float = WARM
     return np.array([measure(ranges, time, config, rng) for _ in range(400)])
 
 
-def test_each_noise_is_added_only_if_set() -> None:
+def test_every_noise_of_a_scenario_has_a_function() -> None:
     assert set(NOISES) == set(get_args(NoiseName))
 
 
@@ -89,7 +89,7 @@ def test_ranges_are_too_long_until_the_sensor_is_warm() -> None:
     assert bias == pytest.approx([WARM_UP, WARM_UP / np.e, 0.0], abs=1e-3)
 
 
-def test_the_data_sheet_is_narrower_than_the_paper() -> None:
+def test_bounds_of_the_data_sheet_are_three_sigmas() -> None:
     sheet = many(wall(2.0), LidarConfig(noise="datasheet"))[:, 340] - 2.0
     close = many(wall(0.5), LidarConfig(noise="datasheet"))[:, 340] - 0.5
     assert np.std(sheet) == pytest.approx(0.02 / 3.0, rel=0.15)

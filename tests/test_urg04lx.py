@@ -66,7 +66,7 @@ def test_the_scan_carries_its_fan_its_stamp_and_its_sensor() -> None:
     assert np.abs(scan.points()).max() == pytest.approx(2.0, abs=1e-3)
 
 
-def test_a_low_lidar_sees_table_legs_a_high_lidar_the_top() -> None:
+def test_a_low_lidar_sees_table_legs_and_a_high_one_the_top() -> None:
     plan = Plan(tables=(Table(center=(2.0, 0.0), size=(1.0, 1.0, 0.7)),))
     with world_of(plan) as world:
         low = SimulatedLidar(world, LidarConfig(height=0.3, mount=HERE)).true_ranges(still(Pose2D()))

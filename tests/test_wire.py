@@ -158,14 +158,14 @@ def test_a_recorded_drive_is_replayed(tmp_path: Path) -> None:
     with Emulator(room_plant((-2.0, 3.5), (-2.0, 2.0), 0.16)) as emulator:
         scenario = load_scenario("corridor", emulator.port_settings)
         with HardwareRobot(scenario, yes=True, record_wire=record) as robot:
-            driven = list(drive(robot, 15))
+            driven = list(drive(robot, 20))  # more than are replayed, for a busy machine may miss some
     robot_port, lidar_port = scenario.hardware.robot_port, scenario.hardware.lidar_port
     ports = [f"hardware.robot_port=wire:{record}#{robot_port}", f"hardware.lidar_port=wire:{record}#{lidar_port}"]
     with HardwareRobot(load_scenario("corridor", ports), yes=True) as robot:
         again = list(drive(robot, 12))
     seen = {ranges.tobytes() for ranges, _ in driven}
     assert sum(ranges.tobytes() in seen for ranges, _ in again) >= 10
-    assert max(x for _, x in again) == pytest.approx(max(x for _, x in driven), abs=0.2)
+    assert max(x for _, x in again) == pytest.approx(max(x for _, x in driven[:15]), abs=0.2)
     with pytest.raises(InputError, match=f"choose wire:{record}#"):
         SerialPort(f"wire:{record}", 9600)
 

@@ -22,7 +22,7 @@ PARAMETERS: Final = SensorParameters("URG-04LX(Hokuyo Automatic Co.,Ltd.)", 0.02
 TABLE1_PARAMETERS: Final = SensorParameters("URG-04LX of Table 1 (simulated)", 0.06, 4.0, 192, 0, 127, 64, 0.1)
 """The paper's 128 beams, shifted by half a step, as SCIP counts whole steps from the front."""
 _UNMEASURED: Final = 43
-"""Steps behind the last measured one, of 1024 per turn, that may be requested: up to 768."""
+"""Number of steps after the last measured one, 725, that may be requested too; the sensor has 1024 steps per turn."""
 _REBOOT: Final = 1.0
 """Seconds from power-up to the first answer: our choice, as the maker does not state it."""
 _QUEUE: Final = 16

@@ -45,7 +45,7 @@ def take_scan(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Batc
     if timing.beams_vary:
         step = turn.bearings[1] - turn.bearings[0]
         for j in range(seen.scan.shape[1]):
-            nearest = int(np.rint((j * timing.step - turn.begin) / step)) % count
+            nearest = int(np.rint((j * timing.angle_increment - turn.begin) / step)) % count
             seen.scan[i, j] = _shown(ranges[nearest], timing.range_max)
     else:
         for j in range(count):
@@ -69,7 +69,7 @@ def _next_turn(w: int, worlds: Worlds, timing: Timing, base: Any, scratch: Scrat
     base.stream = fill_uniform(base.stream, drawn)
     count = nominal - vary + int(drawn[0] * (2 * vary + 1))
     share = nominal / count
-    step = timing.step * share
+    step = timing.angle_increment * share
     begin, first = step * drawn[1], worlds.bearings[w, 0] + step * drawn[1]
     bearings, beams = scratch.bearings[:count], scratch.beams[: 2 * count].reshape((2, count))
     c, s, x, y = cos(step), sin(step), cos(first), sin(first)

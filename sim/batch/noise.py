@@ -25,7 +25,7 @@ def disturb(ranges: FloatArray, sensor: Any, timing: Timing, time: float, base: 
         base.stream = fill_normal(base.stream, numbers[0])
         base.stream = fill_uniform(base.stream, numbers[1])
         base.stream = fill_uniform(base.stream, numbers[2])
-        _disturb_realistically(ranges, timing.step, time, sensor.reflectivity, numbers)
+        _disturb_realistically(ranges, timing.angle_increment, time, sensor.reflectivity, numbers)
     if sensor.dropout > 0.0:
         base.stream = fill_uniform(base.stream, numbers[0])
         for j in range(len(ranges)):

@@ -80,7 +80,7 @@ class Timing(NamedTuple):
     resolution: float
     reach: float
     """Longest true range that noise may shorten to ``range_max``."""
-    step: float
+    angle_increment: float
     """Radians from beam to beam."""
     beams_vary: int
     """Largest difference in the number of beams per turn; not 0 only for lidars that measure a full turn."""

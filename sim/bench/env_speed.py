@@ -57,8 +57,8 @@ def _environments(sizes: Sequence[int], seconds: float, peer: bool) -> ResultTab
         rows.append((f"{name}, one robot", "1", *_speed(_single(engine), 1, seconds)))
     rows += [("batch", str(size), *_speed(_batch(size), size, seconds)) for size in sizes]
     notes = (
-        f"{_walls()} walls, 682 noisy rolling beams, scan and odometry; CPU time of one thread, the least of {ROUNDS} "
-        f"rounds of {seconds:g} s."
+        f"{_walls()} walls; views: scan and odometry; 682 beams with noise, fired one after the other. CPU time of one "
+        f"thread, the least of {ROUNDS} rounds of {seconds:g} s."
     )
     return ResultTable("Steps of environments", ("", "robots", "steps/s\na core", "us\na step"), rows, notes)
 

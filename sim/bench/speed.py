@@ -49,7 +49,7 @@ class Speed:
 def corridor(caster: Literal["bullet", "exact"]) -> Scenario:
     """Make a corridor of 35 m by 4 m with 40 boxes, in which the speed is measured.
 
-    682 beams, rolling, with the noise of the paper; 10 scans and 240 physics steps per second.
+    682 beams, fired one after the other, with the noise of the paper; 10 scans and 240 physics steps per second.
     """
     rng = np.random.default_rng(SEED)
     boxes = [

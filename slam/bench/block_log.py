@@ -1,4 +1,4 @@
-"""A long log from a large floor plan: scans of a lidar like a SICK LMS, wheel odometry, and the truth."""
+"""A long log of a walk between blocks of rooms: scans of a lidar like a SICK LMS, wheel odometry, and the truth."""
 
 from itertools import pairwise
 from math import atan2, ceil, floor, pi, sqrt

@@ -71,8 +71,8 @@ def slam(
     """Map the surroundings of any robot from its scans and odometry; Ctrl-C ends it.
 
     It publishes the transform from map to odom, /map, /lines and /slam_pose, and subscribes to /initialpose. Results
-    are in a run folder, as for every run. ROS_DOMAIN_ID and
-    ROS_AUTOMATIC_DISCOVERY_RANGE choose the network, by default this machine only: see docs/ros.md.
+    are in a run folder, as for every run. ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE choose the network, by
+    default this machine only: see docs/ros.md.
 
     [bold]Examples[/bold]
 

@@ -16,7 +16,7 @@ from slam.graph.known_graph import KnownGraph
 from slam.graph.loop import loop_keys
 from slam.graph.loop_finder import LoopFinder
 from slam.graph.marginals import pose_covariances
-from slam.graph.open_loops import settled
+from slam.graph.open_loops import completed_by_graph
 from slam.graph.pose_graph import Edges, solve_graph
 from slam.graph.pruning import DELAY, Pruning
 from slam.graph.refined_walls import wall_covariances
@@ -93,7 +93,7 @@ class BackEnd:
             poses=nodes[key_nodes],
             covariances=covariances[key_nodes],
             map=surfel_map,
-            loops=tuple(settled(loop, graph) for loop in graph.loops),
+            loops=tuple(completed_by_graph(loop, graph) for loop in graph.loops),
             weights=_loop_weights(edges, weights, len(graph.loops)),
             nodes=nodes,
             key_nodes=key_nodes,

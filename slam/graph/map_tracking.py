@@ -26,8 +26,8 @@ little: the walls of the submap and the main directions of the building hold it.
 BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
 """Standard deviations of that drift after a break, metres and radians."""
 AGREEING: Final = 0.5, 0.8
-"""Least share of agreeing facets: the first number, or the second times the agreement with its own submap, whichever is
-less; after a break always the first number."""
+"""Least share of a key scan's facets that must agree with the map, and the same relative to the share that agrees with
+the submap of the scan. The smaller of the two limits counts; after a break only the first is used."""
 MAX_WAITING: Final = 20
 """Largest number of key scans after a break that were not found in the map: then the robot is in an unmapped area."""
 
@@ -72,7 +72,7 @@ class MapTracking:
         self._last, self._covariance = here, propagate(self._covariance, last, here)
         self._waiting.append(key)
         scene = Scene(key.facets, key.scan, self._no_echo_reach, grid, self._settings)
-        found = self._search.find(scene, prior, self._covariance, last.as_array(), sure=False)
+        found = self._search.find(scene, prior, self._covariance, last.as_array(), last_agreed=False)
         agrees = found.fit.inliers >= AGREEING[0] * len(key.facets) and not found.contradicted
         if not agrees and len(self._waiting) < MAX_WAITING:
             return T_map_local, []

@@ -10,8 +10,11 @@ from slam.graph.submap_graph import SubmapGraph
 from slam.pose import FloatArray
 
 
-def settled(loop: Loop, graph: SubmapGraph) -> Loop:
-    """Return the loop after the graph was solved; without an unconstrained direction it is unchanged."""
+def completed_by_graph(loop: Loop, graph: SubmapGraph) -> Loop:
+    """Return the loop, moved along its unconstrained direction to where the solved graph has it.
+
+    A loop without an unconstrained direction is unchanged.
+    """
     if not loop.ambiguous or not loop.edges:
         return loop
     other, submap = graph.submaps[loop.other], graph.submaps[loop.submap]

@@ -104,7 +104,7 @@ class SubmapGraph:
         self.ties[at] = fused(inflated(self.ties[at], FORGOTTEN), tie) if at in self.ties else tie
 
     def tie_edges(self) -> list[Edge]:
-        """Return the ties as edges between the nodes of their submaps."""
+        """Return the ties, which replace edges by way of removed submaps, as edges between the nodes of submaps."""
         node = {number: submap.node for number, submap in self.submaps.items()}
         return [tie._replace(first=node[tie.first], second=node[tie.second]) for tie in self.ties.values()]
 

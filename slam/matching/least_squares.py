@@ -24,7 +24,7 @@ MIN_INFORMATION = 100.0  # m^-2: below it a direction is unconstrained
 
 
 class SolverSettings(NamedTuple):
-    """Settings of LeastSquaresConfig for the compiled loop, and the path for which small things count as new."""
+    """Settings for the compiled loop; all but the last are keys of LeastSquaresConfig."""
 
     gate: float
     floor: float
@@ -35,6 +35,7 @@ class SolverSettings(NamedTuple):
     lever: float
     weak: float
     standing_length: float
+    """Motion of the sensor, metres and radians, until a small thing counts as standing; 0 if all things stand."""
 
 
 class Fit(NamedTuple):

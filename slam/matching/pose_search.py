@@ -88,10 +88,12 @@ class PoseSearch:
     def __init__(self, config: SearchConfig, reach: float, walls: WallHeading) -> None:
         self._config, self._reach, self._walls = config, reach, walls
 
-    def find(self, scene: Scene, prior: FloatArray, covariance: FloatArray, last: FloatArray, sure: bool) -> Found:
+    def find(
+        self, scene: Scene, prior: FloatArray, covariance: FloatArray, last: FloatArray, last_agreed: bool
+    ) -> Found:
         """Return the best pose, for a prior (3,) and its covariance (3, 3).
 
-        ``last`` (3,) is the previous pose of the sensor, and ``sure`` is True if its scan agreed with the map there.
+        ``last`` (3,) is the previous pose of the sensor; ``last_agreed`` is True if its scan agreed with the map there.
 
         The building's directions correct the heading only if the robot moved far since the last scan. If it did not,
         matching to the map is more accurate than they are, as their error is the same in every scan.
@@ -122,7 +124,7 @@ class PoseSearch:
         if share >= DOUBTED[0] and supported >= DOUBTED[1]:
             return Found(best, True)
         if config.anywhere > 0.0:
-            elsewhere = self._anywhere(scene, last, prior, sure, self._value(scene, best))
+            elsewhere = self._anywhere(scene, last, prior, last_agreed, self._value(scene, best))
             if elsewhere is not None:
                 return Found(elsewhere, True, odometry_failed=True)
         return Found(best, True, contradicted=share < CONTRADICTED[0] and supported < CONTRADICTED[1])
@@ -151,7 +153,9 @@ class PoseSearch:
                     break
         return chosen
 
-    def _anywhere(self, scene: Scene, last: FloatArray, prior: FloatArray, sure: bool, doubtful: float) -> Fit | None:
+    def _anywhere(
+        self, scene: Scene, last: FloatArray, prior: FloatArray, last_agreed: bool, doubtful: float
+    ) -> Fit | None:
         """Return the pose about ``last`` (3,) that the scan clearly favours over all others; None if there is none.
 
         It must be better than the doubtful one of value ``doubtful``. The search radius grows with the distance that
@@ -174,7 +178,7 @@ class PoseSearch:
         leads = highest > max(rivals, default=-np.inf) + FOUND_LEAD and highest > doubtful + FOUND_GAIN * count
         agrees = best.inliers >= FOUND_SHARE * count and self._view(scene, best).supported >= DOUBTED[1]
         turned = min(abs(wrap_angle(float(best.pose[2] - other[2]))) for other in (last, prior))
-        return best if leads and agrees and not (sure and turned > FOUND_TURN) else None
+        return best if leads and agrees and not (last_agreed and turned > FOUND_TURN) else None
 
     def _value(self, scene: Scene, fit: Fit) -> float:
         """Return the number of agreeing facets, minus the beams that disagree with the map, counted as facets."""

@@ -124,8 +124,8 @@ class SurfelMapper:
         """Return the pose of the sensor that fits best; the prior if the scan is rejected."""
         settings = _for_noise(self._settings, noise)
         scene = Scene(self._facets, scan, self.map.config.no_echo_reach, self.map.grid, settings)
-        sure = self.state.bad_matches == 0
-        found = self._search.find(scene, prior.as_array(), predicted, last.as_array(), sure)
+        last_agreed = self.state.bad_matches == 0
+        found = self._search.find(scene, prior.as_array(), predicted, last.as_array(), last_agreed)
         fit = found.fit
         says_nothing = fit.inliers < UNSUPPORTED * len(self._facets) or not fit.projector.any()
         if not (found.contradicted or says_nothing):

@@ -6,6 +6,7 @@ from pathlib import Path
 from slam.console.terminal import Terminal
 from slam.run.experiment import Experiment
 from slam.run.experiment_setup import on_topics
+from slam.run.log_or_scenario import path_of
 from slam.run.run import Run
 from slam.run.topics.topic_choice import TopicChoice
 from slam.run.viewer.viewers import Viewers
@@ -19,7 +20,7 @@ def carry_out(
     if viewers is None:
         with Viewers(rerun, console) as own:
             return carry_out(experiment, out, (), choice, pictures, check, lenient, own, console)
-    folder = None if out is None else Path(out)
+    folder = None if out is None else path_of("out", out)
     with choice.session(console) as topics:
         experiment = experiment if topics is None else on_topics(experiment, topics)
         made = Run.of(experiment.run(folder, viewers, console, pictures), experiment.loss)

@@ -15,7 +15,7 @@ from slam.run.experiment_setup import (
     localize_in_map,
     scenario_experiment,
 )
-from slam.run.log_or_scenario import Settings, is_recorded, recorded_experiment, refuse, with_slam
+from slam.run.log_or_scenario import Settings, is_recorded, path_of, recorded_experiment, refuse, with_slam
 from slam.run.ros_robot.robot import TopicRobot
 from slam.run.run import Run
 from slam.run.topics.topic_choice import TopicChoice
@@ -70,7 +70,7 @@ def run(
         )
     experiment = scenario_experiment(drawn, backend, **_robot_options(backend, yes, dry_run, record_wire))
     if saved_map is not None:
-        experiment = continue_mapping(experiment, Path(saved_map), start)
+        experiment = continue_mapping(experiment, path_of("saved_map", saved_map), start)
     return carry_out(experiment, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, False, viewers, console)
 
 
@@ -106,9 +106,9 @@ def replay(
     """
     console = console or Terminal(quiet=True)
     topics = BagTopics(scan_topic, odom_topic)
-    experiment = recorded_experiment(Path(log), scenario, settings, slam, allow_modules, topics, console)
+    experiment = recorded_experiment(path_of("log", log), scenario, settings, slam, allow_modules, topics, console)
     if saved_map is not None:
-        experiment = continue_mapping(experiment, Path(saved_map), start)
+        experiment = continue_mapping(experiment, path_of("saved_map", saved_map), start)
     return carry_out(
         experiment, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, lenient, viewers, console
     )
@@ -144,12 +144,14 @@ def localize(
     if is_recorded(source):
         refuse("a recorded log, in which nothing is random", source, seed=seed)
         topics = BagTopics(scan_topic, odom_topic)
-        experiment = recorded_experiment(Path(source), scenario, settings, slam, allow_modules, topics, console)
+        experiment = recorded_experiment(
+            path_of("source", source), scenario, settings, slam, allow_modules, topics, console
+        )
     else:
         refuse("a scenario, and no log", source, scenario=scenario, scan_topic=scan_topic, odom_topic=odom_topic)
         drawn = load_scenario(source, with_seed(settings, seed), allow_modules)
         experiment = scenario_experiment(with_slam(drawn, slam))
-    localizing = localize_in_map(experiment, Path(saved_map))
+    localizing = localize_in_map(experiment, path_of("saved_map", saved_map))
     return carry_out(
         localizing, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, lenient, viewers, console
     )
@@ -188,7 +190,7 @@ def follow(
             robot.meet()
         experiment = following_experiment(drawn, robot)
         if saved_map is not None:
-            path = Path(saved_map)
+            path = path_of("saved_map", saved_map)
             experiment = localize_in_map(experiment, path) if keep_map else continue_mapping(experiment, path, start)
         choice = TopicChoice(ros=True, foxglove=foxglove, follows=robot)
         return carry_out(experiment, out, rerun, choice, pictures, check, False, viewers, console)

@@ -23,10 +23,17 @@ def is_recorded(source: str | Path) -> bool:
 
     A shipped scenario has priority over a folder of its name.
     """
-    path = Path(source)
+    path = path_of("source", source)
     if path.is_dir():
         return str(source) not in shipped_scenarios()
     return path.is_file() and path.suffix not in {".yaml", ".yml"}
+
+
+def path_of(argument: str, value: str | Path) -> Path:
+    """Return the path that a caller gave for this argument; InputError for anything else."""
+    if not isinstance(value, str | Path):
+        raise InputError(f"{argument}: expected a path (got {value!r})")
+    return Path(value)
 
 
 def refuse(kind: str, source: str | Path, **options: Any) -> None:

@@ -12,8 +12,11 @@ _CODE_KEYS: Final[tuple[KeyPath, ...]] = (("slam", "lines", "method"), ("slam", 
 
 
 def one_or_several(given: str | Iterable[str]) -> tuple[str, ...]:
-    """Turn a single string into a list of one, not of its letters."""
-    return (given,) if isinstance(given, str) else tuple(given)
+    """Turn a single string into a list of one, not of its letters; ScenarioError for anything but strings."""
+    several = (given,) if isinstance(given, str) else tuple(given) if isinstance(given, Iterable) else (None,)
+    if not all(isinstance(one, str) for one in several):
+        raise ScenarioError(f"expected a string, or a list of strings (got {given!r})")
+    return several
 
 
 def with_seed(settings: str | Iterable[str], seed: int | None) -> list[str]:

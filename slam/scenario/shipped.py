@@ -19,6 +19,8 @@ def shipped_scenarios() -> list[str]:
 
 def find_scenario(name: str | Path, beside: Path = Path()) -> Path:
     """Find the file of a scenario given by name, or by path, relative to the folder ``beside``."""
+    if not isinstance(name, str | Path):
+        raise ScenarioError(f"scenario: expected a name or a path (got {name!r})")
     path, shipped = beside / name, SHIPPED / f"{name}.yaml"
     with suppress(OSError):  # the name is too long for a file
         if path.is_file():

@@ -1,6 +1,6 @@
-"""Runs on topics, with the rclpy of each distribution of ROS 2 as the other end: ``make test-ros``.
+"""Tests of hopslam on ROS topics, against the rclpy of two distributions of ROS 2: ``make test-ros``.
 
-A file of checks and not of tests, so that the plain run leaves it out: it needs 600 MB of wheels.
+They need 600 MB of wheels. The file is not named ``test_``, so that pytest finds it only by its path.
 """
 
 import json
@@ -117,8 +117,8 @@ def assert_is_map(heard: dict[str, Any], folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run whose lidar is in the middle of the base, as the packages of rclpy lack tf2_msgs, so that no other mount
-    can be sent."""
+    """A run whose lidar is in the middle of the base: any other mount would need a transform, which cannot be sent, as
+    the wheels of rclpy have no tf2_msgs."""
     folder = tmp_path_factory.mktemp("recorded") / "run"
     settings = [*PLAN, "--set", "lidar.mount.x=0", "--set", "duration=20"]
     with hopslam("run", "corridor", *settings, "--out", folder) as robot:

@@ -58,7 +58,7 @@ class SavedConstraint(_Strict):
 
 
 class SavedLoop(_Strict):
-    """A submap that was found in another one, with the result of the check: see slam/graph/loop.py."""
+    """A submap that was found in another one, with the result of the comparison: see slam/graph/loop.py."""
 
     number: Number
     submap: Number
@@ -66,12 +66,18 @@ class SavedLoop(_Strict):
     T_other_submap: PoseRow
     proposal: Proposal
     tested: Number
+    """Number of key scans of the submap near the other one's path."""
     agreeing: Number
+    """Number of those key scans that agree with the other submap."""
     share: Share
+    """Mean agreement of the tested key scans, minus the penalty for beams through walls."""
     ambiguous: bool
+    """True if a second pose was nearly as good, so that one direction is unconstrained."""
     scan: ScanNumber
+    """Last scan of the submap."""
     weight: Share
     believed: bool
+    """True if the graph accepts the loop, which it does for a weight above one half."""
 
 
 class GraphDocument(_Strict):

@@ -35,6 +35,7 @@ class SavedGrid(Section):
     evidence: tuple[EvidenceRow, ...] = ()
     """Grid.evidence; empty in older maps."""
     way: Metres = 0.0
+    """Grid.path_length; 0 in older maps."""
     born: tuple[float, ...] = ()
     """The last column of the surfels; without it, as in older files, all were there from the start."""
 

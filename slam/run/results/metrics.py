@@ -90,7 +90,7 @@ def _base_state(steps: NDArray[Any]) -> dict[str, Any]:
 
 
 def noise_metrics(noise: RangeNoise, named: RangeNoise | None) -> dict[str, float]:
-    """Return the learnt noise of the ranges, and the noise near by of the ``named`` sensor."""
+    """Return the learnt noise of the ranges and, if the settings name the sensor, the noise of its near ranges."""
     metrics = {"range_noise_m": noise.near, "range_noise_share": noise.far}
     if named is not None:
         metrics["named_range_noise_m"] = named.near

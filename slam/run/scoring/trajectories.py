@@ -1,7 +1,7 @@
 """Sources of trajectories: the folder of a run, a TUM file, or a value that has one."""
 
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from slam.errors import InputError
 from slam.files.tum import read_tum
@@ -10,6 +10,7 @@ from slam.run.results.run_record import RunRecord
 from slam.run.scoring.pose_errors import Trajectory
 
 
+@runtime_checkable
 class HasTrajectory(Protocol):
     """Any object with a trajectory: a run, or a map."""
 
@@ -33,8 +34,10 @@ def read_trajectory(source: Source) -> Trajectory:
 
     InputError for anything else.
     """
-    if not isinstance(source, str | Path):
+    if isinstance(source, HasTrajectory):
         return Trajectory(source.stamps, source.trajectory)
+    if not isinstance(source, str | Path):
+        raise InputError(f"expected a run, or the path of a run folder or a TUM file (got {source!r})")
     if Path(source).is_dir():
         traces = RunRecord.open(source).traces
         return Trajectory(traces.stamps, traces.final)

@@ -24,7 +24,8 @@ _DASH: Final = 0.2
 """Length of a dash, and of the gap behind it, metres."""
 _NO_LINES: Final = np.empty((0, 2, 2))
 _MIN_PLANE_LENGTH: Final = 0.05
-"""Length in the plane of an unconstrained direction below which the direction is a heading."""
+"""An unconstrained direction is a unit vector of x, y and heading. If its part in x and y is shorter than this, only
+the heading is unconstrained, and no arrow is drawn."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -132,9 +132,8 @@ def commands() -> str:
     keep_first_sentences(command)
     context = command.make_context("hopslam", [], resilient_parsing=True)
     text = get_docs_for_click(obj=command, ctx=context, name="hopslam", title="Commands")
-    text = re.sub(r"(`[^`]*`)|<", lambda match: match[1] or "&lt;", text).replace(
-        "[bold]Examples[/bold]", "**Examples**:"
-    )
+    text = re.sub(r"(`[^`]*`)|<", lambda match: match[1] or "&lt;", text)
+    text = re.sub(r"\[bold\](Examples?)\[/bold\]", r"**\1**:", text)
     text = re.sub(
         r"^(hopslam .*(?:\n\S.*)*)$", lambda match: f"```sh\n{wrapped(match[1])}\n```", text, flags=re.MULTILINE
     )

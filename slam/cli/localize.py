@@ -7,6 +7,7 @@ import typer
 
 from slam.console.options import (
     AllowModules,
+    DrivenByRos,
     Foxglove,
     FoxgloveAt,
     Lenient,
@@ -14,7 +15,6 @@ from slam.console.options import (
     Out,
     Pace,
     Rerun,
-    Ros,
     ScanTopic,
     Settings,
     complete_scenario,
@@ -49,7 +49,7 @@ def localize(
     settings: Settings = None,
     allow_modules: AllowModules = None,
     rerun: Rerun = None,
-    ros: Ros = False,
+    ros: DrivenByRos = False,
     foxglove: Foxglove = False,
     foxglove_at: FoxgloveAt = None,
     pace: Pace = None,

@@ -16,7 +16,7 @@ def repair(
 
     The source is log.mcap, as far as it can be read, with the settings in config.yaml. Intact files are kept.
 
-    [bold]Example[/bold]
+    [bold]Examples[/bold]
 
     hopslam repair runs/latest
 

@@ -6,13 +6,13 @@ import typer
 
 from slam.console.options import (
     AllowModules,
+    DrivenByRos,
     Foxglove,
     FoxgloveAt,
     Out,
     Pace,
     RecordWire,
     Rerun,
-    Ros,
     SavedMap,
     ScenarioName,
     Seed,
@@ -41,7 +41,7 @@ def run(
     settings: Settings = None,
     allow_modules: AllowModules = None,
     rerun: Rerun = None,
-    ros: Ros = False,
+    ros: DrivenByRos = False,
     foxglove: Foxglove = False,
     foxglove_at: FoxgloveAt = None,
     pace: Pace = None,

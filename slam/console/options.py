@@ -48,11 +48,12 @@ Rerun = Annotated[
         help="Show it in rerun: FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again.",
     ),
 ]
-Ros = Annotated[
+Ros = Annotated[bool, typer.Option("--ros", help="Publish on ROS 2 topics: see docs/topics.md.")]
+DrivenByRos = Annotated[
     bool,
     typer.Option(
         "--ros",
-        help="Publish the run on ROS 2 topics, and drive a simulated or real robot by /cmd_vel: see docs/topics.md.",
+        help="Publish the run on ROS 2 topics, and let /cmd_vel drive the robot of a scenario: see docs/topics.md.",
     ),
 ]
 Foxglove = Annotated[

@@ -20,7 +20,7 @@ from slam.scenario.schema import Scenario
 
 _LOG: Final = logging.getLogger("hopslam.robot")
 _LOST_SCANS: Final = 3.0
-"""Least number of scan periods without a scan after which the robot is stopped, as a slow lidar may lose one."""
+"""A scan counts as too old only after this many scan periods, so that a slow lidar may lose one."""
 
 
 @cache

@@ -152,7 +152,7 @@ class Slam:
         return self.map.picture() if self._poses else None
 
     def _begun(self, measured: bool) -> tuple[LineSlam, LoopCloser]:
-        """Return the method, made at the first scan with odometry or without."""
+        """Return the method and the loop closer, which the first scan makes, for runs with odometry or without."""
         if self._method is None or self._closer is None:
             config = self._config if measured else self._config.without_odometry()
             if is_first_run(config):

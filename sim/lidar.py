@@ -65,7 +65,7 @@ class SimulatedLidar:
     def _turn(self, rng: np.random.Generator) -> Lidar:
         """Return the fan of the next turn of a motor that does not hold its speed.
 
-        Its first beam lies anywhere in the first step; the number of beams varies if the motor does not hold its speed.
+        Its first beam lies anywhere in the first step, and the number of beams varies with the speed.
         """
         nominal, vary = self._lidar, self._beams_vary
         beams = nominal.beams + int(rng.integers(-vary, vary + 1))

@@ -99,7 +99,10 @@ def stack_poses(poses: Iterable[Pose2D]) -> FloatArray:
 
 
 def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
-    """Return ``T_origin_pose`` of poses (..., 3) given in one frame with the origin, (3,) or of the same shape."""
+    """Return ``T_origin_pose`` of poses (..., 3).
+
+    They and ``origin`` are given in the same frame. There is one origin (3,) for all poses, or one for each.
+    """
     out = np.asarray(poses - origin)
     dx, dy, c, s = out[..., 0].copy(), out[..., 1].copy(), np.cos(origin[..., 2]), np.sin(origin[..., 2])
     out[..., 0], out[..., 1], out[..., 2] = c * dx + s * dy, c * dy - s * dx, wrap_angles(out[..., 2])

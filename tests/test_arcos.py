@@ -41,7 +41,7 @@ def test_packets_are_decoded_between_noise_and_splits(parts: list[tuple[bytes, b
 @given(st.lists(DATA, min_size=3, max_size=6), st.integers(0, 10_000), st.integers(1, 255))
 def test_one_damaged_byte_loses_one_packet(packets: list[bytes], place: int, flip: int) -> None:
     stream = bytearray(b"".join(map(encode_packet, packets)))
-    victim, start = place % len(packets), 0
+    victim = place % len(packets)
     start = sum(len(data) + 5 for data in packets[:victim])
     stream[start + place % (len(packets[victim]) + 5)] ^= flip
     decoder = PacketDecoder()

@@ -53,7 +53,7 @@ def test_a_robot_in_the_batch_equals_the_single_robot(arguments: dict[str, objec
             assert [terminated[1], truncated[1]] == ends
             hits += alone_info["collided"]
         np.testing.assert_allclose(seen["scan"][1], alone["scan"], atol=1.1e-3)
-        assert (abs(seen["scan"][1] - alone["scan"]) > 1e-5).mean() < 0.01  # a range on the edge of its step of 1 mm
+        assert (abs(seen["scan"][1] - alone["scan"]) > 1e-5).mean() < 0.01  # those are rounded to another mm
         for key in ("odometry", "goal"):
             np.testing.assert_allclose(seen[key][1], alone[key], atol=2e-6)
         for key in ("T_map_base", "collided", "stalled", "applied", "stamp", "seconds", "route_left", "ending"):
@@ -190,7 +190,8 @@ def test_a_constant_lidar_equals_the_single_lidar(model: str) -> None:
 
 
 def test_varying_beams_are_read_within_half_a_step() -> None:
-    """In a bare room 40 scans, all different, lie between the least and the largest true range within half a step."""
+    """Each observed range is that of the real beam nearest to its bearing, at most half a step away: it lies between
+    the least and the largest true range there. All 40 scans differ."""
     room, lidar = room_scenario((-2.0, 3.5), (-2.0, 2.0), model="ld19"), LIDARS["ld19"].lidar
     given = {"vectorization_mode": "vector_entry_point", "reward": "none"}
     envs = gymnasium.make_vec("hopslam/P3DX-v0", num_envs=40, scenario=room, **given)

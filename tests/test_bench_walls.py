@@ -52,7 +52,7 @@ def test_segments_of_one_wall_are_merged_into_its_whole_length() -> None:
     assert ends[0, :, 1] == pytest.approx(0.01, abs=0.01)
 
 
-def test_a_segment_between_two_lines_makes_one_of_them() -> None:
+def test_a_segment_across_a_gap_joins_two_lines() -> None:
     assert len(merged(segments([0, 0, 1, 0], [1.3, 0, 2, 0]))) == 2
     assert len(merged(segments([0, 0, 1, 0], [1.3, 0, 2, 0]), segments([0.9, 0, 1.4, 0]))) == 1
 

@@ -49,11 +49,9 @@ def serve(
 ) -> None:
     """Print one line of JSON with the addresses of both ports when they are ready, and serve until interrupted.
 
-    ``lidar`` is the model that is emulated.
-
     ``truth`` is a file for the true poses of the base as TUM text, 20 per second, stamped by the host's monotonic
-    clock; each of ``shows`` gets the state 10 times per second. InputError for an unknown fault, and for a file or
-    folder that cannot be used.
+    clock; each of ``shows`` gets the state 10 times per second. ``lidar`` is the model that is emulated. InputError for
+    an unknown fault, and for a file or folder that cannot be used.
     """
     planned = [TimedFault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp, device_name(lidar))

@@ -40,8 +40,9 @@ def _speeds() -> ResultTable:
         )  # fmt: skip
     notes = (
         "A corridor with 40 boxes; 682 beams, fired one after the other, with the noise of the paper; 10 scans and 240 "
-        "physics steps a second; CPU time. Engine alone: the calls of the robot to PyBullet, and to the compiled ray "
-        f"caster for exact, are repeated without the rest. Peak memory: {1e-6 * peak_memory():.0f} MB."
+        "physics steps a second; CPU time. Engine alone: the robot's calls to PyBullet, repeated without the rest; in "
+        "the row exact, with its calls to the compiled ray caster. Peak memory: "
+        f"{1e-6 * peak_memory():.0f} MB."
     )
     columns = ("caster", "engine alone\nus a scan", "whole\nus a scan", "of which\nours", "simulated s\nper CPU s")
     return ResultTable("Speed of the simulator", columns, rows, notes)
@@ -80,8 +81,9 @@ def _blocked() -> ResultTable:
         "plan ends\ndeg away",
     )  # fmt: skip
     notes = (
-        "The command of 0.3 m/s is held for 10 s more. Odometry and heading: their motion after the first scan with "
-        "stalled. Last columns: distance between the final poses with physics.engine: plan and with PyBullet."
+        "The command of 0.3 m/s is held for 10 s more. Stalled after: from standstill to the first scan that reports a "
+        "stall. Odometry, heading then: how far the odometry moves and turns after that scan. Last columns: from the "
+        "final pose with PyBullet to that with physics.engine: plan."
     )
     return ResultTable("A blocked base", columns, rows, notes)
 

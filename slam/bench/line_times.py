@@ -24,7 +24,7 @@ ROUNDS: Final = 7
 
 
 def time_table(seeds: int) -> ResultTable:
-    """Time one call per scan, in turn with the prefix sums; then many scans at once on one thread and on all."""
+    """Time each function with a call for each scan; then ours with many scans in a call, on one thread and on all."""
     found = [scene.scan for scene in scenes(HELD_OUT_SEEDS[:seeds], "spec/3")]
     points = [scan.points() for scan in found]
     ours, paper, noise = ChiSquareConfig(), HoppingConfig(psi=0, L_Th=8), noise_of_sensor("urg04lx", 3.0)

@@ -21,8 +21,8 @@ LOGS: Final = {
     for name in ("corridor_synthetic", "fr079", "aces", "fr101", "belgioioso", "duke_loop5", "wean1", "wean3", "mines1")
 }
 CENTRE_AHEAD: Final = 0.04
-"""Distance of the robot's centre ahead of the laser in fr079, metres. The relations are those of the centre, and the
-log gives the laser the pose of the centre."""
+"""Distance of the robot's centre ahead of the laser in fr079, metres. The log ignores it, and gives the laser the pose
+of the centre; the reference has relative poses of the true centre."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

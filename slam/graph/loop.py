@@ -11,7 +11,8 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 Proposal = Literal["odometry", "walls", "break"]
-"""Source of a proposal: the path through the graph, the walls alone, or a break of the front end."""
+"""Source of a proposal: the path through the graph, the walls alone, or a break of the front end, at which a scan did
+not fit those before: then all headings are tried in the submaps nearby."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -24,7 +24,8 @@ if TYPE_CHECKING:  # scipy loads slowly, and only the solver needs it
 NO_LOOP: Final = -1
 """Loop number of an edge that belongs to no loop."""
 BREAK: Final = -2
-"""Loop number of an edge over a break of the front end, which is as robust as one of a loop."""
+"""Loop number of an edge over a break of the front end: the scan after it did not fit those before, so that the edge
+has only odometry. It has a robust kernel, as the edges of loops have."""
 SHRINK: Final = 3.0
 """Factor by which the kernel shrinks from one iteration to the next."""
 MAX_ITERATIONS: Final = 40

@@ -32,32 +32,32 @@ def scenario_reference() -> str:
 
 
 def _choices_named(text: str, sections: Schema) -> str:
-    """Replace the text of a link to a section that a key chooses by the choice, as in ``kind: office``."""
+    """In links to a section that a key chooses, replace the word section by the choice, as in ``kind: office``."""
     for name, section in sections.items():
         if choice := _choice(section):
             text = text.replace(f"[section](#{name.lower()})", f"[{choice}](#{name.lower()})")
     return text
 
 
-def _sections(place: str, outer: Schema, known: Schema) -> Iterator[str]:
-    """Yield the tables of the sections of this one's keys, and of those inside them; each once.
+def _sections(place: str, outer: Schema, left: Schema) -> Iterator[str]:
+    """Yield the tables of all sections inside ``outer``, at any depth, each once.
 
-    Finished tables are removed from ``known``, the sections by name.
+    ``place`` is the path of ``outer``, as in ``slam.``. A section that has its table is removed from ``left``.
     """
     for key, value in outer["properties"].items():
         for name in _held(value):
-            if name in known:
-                section, whole = known.pop(name), f"{place}{key}"
-                yield f"## {_title(whole, section)} {{#{name.lower()}}}\n"
+            if name in left:
+                section, path = left.pop(name), f"{place}{key}"
+                yield f"## {_title(path, section)} {{#{name.lower()}}}\n"
                 yield f"{_code(section['description'])}\n"
                 yield from _rows(section)
-                yield from _sections(f"{whole}.", section, known)
+                yield from _sections(f"{path}.", section, left)
 
 
-def _title(place: str, section: Schema) -> str:
+def _title(path: str, section: Schema) -> str:
     """Title of a section, as in ``slam.lines, method: paper``."""
     choice = _choice(section)
-    return f"`{place}`, {choice}" if choice else f"`{place}`"
+    return f"`{path}`, {choice}" if choice else f"`{path}`"
 
 
 def _choice(section: Schema) -> str:

@@ -25,8 +25,8 @@ _BACKLOG: Final = 256
 class FoxgloveBus:
     """Serves the topics to every Foxglove app that connects, with the types of ROS 2 and in CDR.
 
-    Messages from an app may be CDR or JSON. No client can delay the publisher. A client that connects late gets the
-    last message of each latched topic, which all others then get again.
+    Messages from an app may be CDR or JSON. No client can delay the publisher. When a client subscribes to a latched
+    topic, the last message of the topic is sent again, to all clients.
     """
 
     def __init__(self, host: str = "127.0.0.1", port: int = PORT) -> None:
@@ -40,7 +40,7 @@ class FoxgloveBus:
     def __enter__(self) -> Self:
         """Start the server; InputError if the port is taken.
 
-        Channels exist before the server: a subscription to one while it is being made would be refused.
+        The channels are opened first, as a server refuses subscriptions to a channel that is still being opened.
         """
         for topic in PUBLISHED:
             self._open(topic)

@@ -16,7 +16,7 @@ from slam.pose import FloatArray, path_lengths
 SLIP: Final = float(np.radians(10.0))
 """Heading error of a slip, radians, to either side."""
 LARGE_STEPS: Final = 5
-"""Missed steps are drawn from the ``LARGE_STEPS * count`` largest ones."""
+"""The steps that ``blind`` sets to zero are drawn from the ``LARGE_STEPS * count`` largest ones."""
 MIN_RANGE: Final = 0.02
 """Metres: noise makes no range shorter."""
 STRETCHES: Final = np.linspace(0.08, 0.9, 6)
@@ -50,7 +50,7 @@ def jitter(log: Log, metres: float, random: Generator) -> Log:
 
 
 def scale(log: Log, share: float, random: Generator) -> Log:
-    """Scale all motions by 1 + share, and each turn by 1 + share or 1 - share."""
+    """Scale all distances by 1 + share, and each turn by 1 + share or 1 - share."""
     moved = steps(log.T_odom_base)
     to_left = moved[:, 2] > 0.0
     turn = np.concatenate([[0], np.cumsum(to_left[1:] != to_left[:-1])])

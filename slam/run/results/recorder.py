@@ -73,7 +73,7 @@ class Recorder(Closing):
         assert segments is not None
         in_map = segments.transformed(step.estimate.T_map_base @ self._T_base_laser)
         return [
-            line_feature([_millimetres(start), _millimetres(end)], {"scan": step.index, "points": int(count)})
+            line_feature([_rounded(start), _rounded(end)], {"scan": step.index, "points": int(count)})
             for start, end, count in zip(in_map.start, in_map.end, segments.counts, strict=True)
         ]
 
@@ -85,8 +85,8 @@ def _base_state(seen: Observation) -> list[int | str]:
     return [int(seen.stalled), battery, seen.fault_flags, f"{nearest:.3f}" if nearest < inf else ""]
 
 
-def _millimetres(point: Any) -> list[float]:
-    """Format a point in metres, to the tenth of a millimetre."""
+def _rounded(point: Any) -> list[float]:
+    """Round a point, metres, to a tenth of a millimetre."""
     return [round(float(value), 4) for value in point]
 
 

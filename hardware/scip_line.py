@@ -14,7 +14,7 @@ from hardware.serial_port import PortLost, SerialPort
 from slam.errors import RobotError
 
 ANSWER: Final = 0.5
-"""Seconds to wait: an answer comes at the end of a turn, and may follow a scan at 115200 baud."""
+"""Seconds to wait for an answer: the sensor sends it at the end of a turn, perhaps after a scan at 115200 baud."""
 _LOOK: Final = 0.1
 """Seconds between two checks whether the program is ending."""
 _TRIES: Final = 3

@@ -12,9 +12,10 @@ from slam.scenario.lidar_config import LidarConfig, NoiseName
 
 
 def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator) -> FloatArray:
-    """Turn true ranges (N,), metres, inf without an obstacle, into readings, ``time`` seconds after the start.
+    """Turn true ranges (N,) into readings, metres, at ``time`` seconds after the start.
 
-    Calls with the same number of beams and the same ``noise`` draw the same number of random numbers.
+    A range without an obstacle is inf. Calls with the same number of beams and the same ``noise`` draw the same number
+    of random numbers.
     """
     readings, model = np.array(ranges, np.float64), config.description
     normal, uniform = rng.standard_normal(len(ranges)), rng.random(len(ranges))

@@ -20,7 +20,7 @@ BASE: Final = np.dtype(
         ("rim_left", "f8"), ("rim_right", "f8"),  # their speeds, m/s over the floor
         ("ticks_left", "i8"), ("ticks_right", "i8"),  # at the last reading
         ("odom_x", "f8"), ("odom_y", "f8"), ("odom_theta", "f8"),  # T_odom_base
-        ("travel_left", "f8"), ("travel_right", "f8"),  # metres rolled by the odometry, since the last report
+        ("travel_left", "f8"), ("travel_right", "f8"),  # measured wheel travel since the last report, metres
         # Counters and state of the stall protection, see sim.firmware.update_stall_protection:
         ("straining_steps", "i4"), ("working_steps", "i4"), ("off_steps", "i4"), ("stalled", "i4"),
         # Only the kinematic model uses the rest: PyBullet keeps the true state itself.
@@ -47,7 +47,8 @@ MODEL: Final = np.dtype(
 """Settings of a scenario's robot; accelerations and times are per control step."""
 
 ROBOT: Final = np.dtype([("base", BASE), ("model", MODEL), ("noise", "f8", 4), ("motors", "f8", 3)], align=True)
-"""All data of ``Controller`` in one record, which Python passes faster than four."""
+"""All data of ``sim.controller.Controller`` in one record, which Python passes faster than four. The properties of that
+class describe ``noise`` and ``motors``."""
 
 
 def model_of(config: RobotConfig, physics_rate: int) -> NDArray[Any]:

@@ -48,8 +48,8 @@ def both() -> BothWays:
 def run_with_loops(
     like: ClosedRun, errors: FloatArray, T_base_laser: FloatArray
 ) -> tuple[ClosedRun, InterpolatedPoses]:
-    """Make a run along x and back, and its true poses. On the way back the front end is off by DRIFT; each of L loops
-    corrects that, up to an error (3,) of ``errors``."""
+    """Make a run along x and back, and its true poses. On the way back the front end is off by DRIFT. Each loop
+    corrects that, except for its row of ``errors`` (L, 3)."""
     there = np.column_stack([np.arange(0.0, 8.0), np.zeros((8, 2))])
     back = np.column_stack([np.arange(7.2, -0.8, -1.0), np.full(8, 0.1), np.full(8, np.pi)])
     truth = np.concatenate([there, back])

@@ -104,7 +104,7 @@ def test_prefix_sums_give_the_chi_square_of_any_run(family: str, seed: int, begi
 
 
 def test_the_tuning_scenes_meet_their_limits() -> None:
-    """A tenth of the tuning scenes, to notice when extraction gets worse; hopslam lines measures all of it."""
+    """A tenth of the tuning scenes shows if extraction gets worse; ``hopslam bench lines`` scores held-out scenes."""
     for level, sigmas, bar in (("spec/19", 19.0, 0.98), ("spec/3", 3.0, 0.96), ("spec", 1.0, 0.85)):
         config = ChiSquareConfig(sensor="urg04lx", bound_sigmas=sigmas)
         found = [make_scene(family, seed, level) for family in FAMILIES for seed in TUNING_SEEDS[::10]]

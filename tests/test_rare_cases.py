@@ -1,4 +1,4 @@
-"""Rare cases of compiled loops, of a few numbers each, so that they run uncompiled too: see ``make coverage``."""
+"""Rare cases of compiled loops, on inputs so small that they are tested uncompiled too: see ``make coverage``."""
 
 import numpy as np
 import pytest
@@ -200,7 +200,8 @@ def test_beams_without_a_reading_do_not_score_a_pose() -> None:
 
 
 def test_no_wall_is_predicted_for_a_beam_that_grazes_it() -> None:
-    """A near surfel spans many beams; those whose cosine of incidence is below half of EDGE_ON do not expect it."""
+    """A near surfel spans many beams. It is predicted only for those whose cosine of incidence is at least half of
+    EDGE_ON."""
     x, y = 0.14, 0.04
     grid, bearings = grid_of(facets_at([(x, y)], (0.0, 1.0))), np.arange(-0.6, 1.0, 0.01)
     scan = LaserScan(0.0, -0.6, 0.01, 0.02, 8.0, np.full(len(bearings), 3.0))

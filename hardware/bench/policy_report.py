@@ -35,7 +35,7 @@ def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) ->
     columns = ("", "episodes", "return\nmean", "least", "most", "seconds\nmean", "collisions", "goals")
     notes = (
         "All rows have the same seeds. In the batch a seed selects one of the prepared worlds, one per robot; "
-        "elsewhere it generates a world. On devices, in real time, rewards, ends and the goal come from SLAM."
+        "elsewhere it generates a world. Devices run in real time; there, rewards, ends and the goal come from SLAM."
     )
     if left_out:
         notes += f" PyBullet is not installed (pip install pybullet); left out: {'; '.join(left_out)}."

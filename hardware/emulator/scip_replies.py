@@ -21,8 +21,8 @@ _FIELDS: Final = (
     ("06", slice(12, 13)),
     ("07", slice(13, 15)),
 )
-"""Parameters of MD and MS: the status if it is not a number, and its place in the command. GD and GS have the first
-three."""
+"""Parameters of MD and MS: the status of the reply to one that is not a number, and its position in the command. GD and
+GS have the first three."""
 
 
 def reply_to(settings: SensorSettings, text: str) -> Reply:

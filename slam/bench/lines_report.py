@@ -36,7 +36,8 @@ _NOTES: Final = (
     "TP: walls found. FP: segments that are not a wall. Angle, offset and time: medians; ends: median and 90 %. Times "
     "are of one scan of 682 beams; x ours: time over ours. Ours gets the noise of the sensor, except in the last rows. "
     "No sensor: it learns the noise, from this scan only or from 50 scans of other rooms. Noise x 1/3 at first: it "
-    "begins with a third of the noise, and learns from 10 scans of other rooms. Noise x 1/3, x 2: it gets this noise. "
+    "starts with a third of the sensor's noise, and learns from 10 scans of other rooms. Noise x 1/3, noise x 2: it "
+    "gets a third of the sensor's noise, or twice that noise, and does not learn. "
     '"paper, tuned", split-and-merge, RANSAC and Hough were tuned for each level on other seeds.'
 )
 

@@ -77,8 +77,9 @@ def _times(found: MatcherComparison) -> ResultTable:
     return ResultTable(
         f"Time of one match, median in ms (and its ratio to ours), {found.places} places",
         ["points"] + [str(beams) for beams in BEAMS], rows,
-        "All work for one scan on one thread: ours and the paper's include the extraction of lines, small_gicp "
-        "includes its point cloud, and GICP the covariances of the cloud. Maps, trees and normals are made before.",
+        "Each time is for one scan on one thread. Ours and the paper's include the extraction of lines; those of "
+        "small_gicp include its point cloud, and that of GICP also the covariances of the cloud. Maps, trees and "
+        "normals are made before.",
     )  # fmt: skip
 
 

@@ -67,13 +67,13 @@ def viewer_table(scenario: Scenario, scans: int, console: Terminal) -> ResultTab
 
 
 def _costs(scenario: Scenario, scans: int, path: Path) -> Iterator[ViewerCost]:
-    nobody = data_address(_PORT + 1)
+    address = data_address(_PORT + 1)
     yield _measured("a file, whole run, no pause", scenario, None, 0.0, [path], [])
     yield _measured("a file, at 10 Hz", scenario, scans, 0.1, [path], [])
-    yield _measured("no viewer at the address, 10 Hz", scenario, scans, 0.1, [], [nobody])
+    yield _measured("no viewer at the address, 10 Hz", scenario, scans, 0.1, [], [address])
     with _server() as server:
-        yield _measured("a viewer, 10 Hz", scenario, scans, 0.1, [], [nobody])
-        yield _measured("a viewer killed half way, 10 Hz", scenario, scans, 0.1, [], [nobody], server)
+        yield _measured("a viewer, 10 Hz", scenario, scans, 0.1, [], [address])
+        yield _measured("a viewer killed half way, 10 Hz", scenario, scans, 0.1, [], [address], server)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ class KeyScan:
     """A scan in the frame ``local``, in which odometry and matching to submaps place it; its pose there is final."""
 
     T_local_laser: FloatArray
-    """(3,): T_local_laser."""
+    """(3,): pose of the sensor."""
     submaps: tuple[int, ...]
     """Numbers of the submaps to which the scan was added. It was matched to the first of them."""
     facets: FloatArray

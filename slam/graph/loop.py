@@ -24,8 +24,8 @@ class Loop:
     other: int
     """Number of the earlier submap."""
     T_other_submap: FloatArray
-    """(3,): transform of poses from ``local`` as it is at the submap to ``local`` as it was at the other one; without
-    drift between the two it would be zero."""
+    """(3,): drift of the frame ``local``, see ``KeyScan``, between the two submaps: it takes poses in ``local`` at the
+    submap to ``local`` at the other one. Without drift it is zero."""
     proposal: Proposal
     tested: int
     """Number of key scans of the submap near the other's path."""

@@ -15,7 +15,7 @@ from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, Pose2D
 
 REACH: Final = 15.0
-"""Distance from the path, metres, beyond which nothing takes part in the search."""
+"""Greatest distance from the path, metres, at which walls count in the search for loops."""
 KEPT: Final = 16
 """Number of maps of submaps kept in memory; others are rebuilt from their key scans."""
 

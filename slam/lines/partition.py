@@ -62,7 +62,10 @@ def cut_blocks(sums: FloatArray, new: NDArray[np.bool_], n: int, partition: Part
 
 @compiled
 def merge(sums: FloatArray, m: int, partition: Partition, limit: float) -> int:
-    """Merge neighbouring runs, cheapest first around each, while that costs less than the limit."""
+    """Merge neighbouring runs while a merge adds less than ``limit`` to chi-square.
+
+    Each pass merges the pairs that add less than the pairs on both sides.
+    """
     start, after_gap, cost = partition
     rise = np.full(m + 1, np.inf)  # chi-square added by merging a run with the next
     changed = np.ones(m + 1, np.bool_)
@@ -103,7 +106,7 @@ def reduced_chi_square(m: int, partition: Partition) -> float:
 
 @compiled_on_views
 def _cheapest_cut(sums: FloatArray, begin: int, stop: int, low: int, high: int) -> tuple[float, int]:
-    """Return the lowest chi-square of two runs, and the cut, from ``low`` to ``high``, of the points that gives it."""
+    """Cut points into two runs of least chi-square, between ``low`` and ``high``; return that sum, and the cut."""
     least, at = np.inf, low
     for i in range(max(low, begin + 2), min(high, stop - 2) + 1):
         both = chi_square(sums, begin, i) + chi_square(sums, i, stop)

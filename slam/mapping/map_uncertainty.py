@@ -42,8 +42,8 @@ class Frontier(NamedTuple):
     def inherited(self, match_covariance: FloatArray) -> FloatArray:
         """Return the covariance (3, 3) that the map beyond the frontier has in addition to the map here.
 
-        It is the drift, plus the amount by which the least accurate match on the path was worse than this one: a match
-        may be accurate against a part of the map that inherited the error of an earlier, worse match.
+        It is the drift, plus the excess of the least accurate match on the path over this one. That match left its
+        error in the map, and a more accurate match to this map does not remove it.
         """
         values, vectors = np.linalg.eigh(self.widest - match_covariance)
         return np.asarray(self.drift + (vectors * np.maximum(values, 0.0)) @ vectors.T)
@@ -70,7 +70,7 @@ class MapUncertainty:
     def pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
         """Enter the tile of a pose, and return the covariance (3, 3) of its x, y, theta in the frame of the first pose.
 
-        ``match_covariance`` (3, 3) is that against the map.
+        ``match_covariance`` (3, 3) is that of the match to the map.
         """
         tile = floor(pose.x / TILE), floor(pose.y / TILE)
         frontier = self.frontier.moved(pose, match_covariance) if self.frontier else None

@@ -14,7 +14,7 @@ from slam.scenario.validation_message import validation_message
 from slam.scenario.yaml_file import KeyPath
 
 _ATTEMPTS: Final = 50
-"""Number of draws after which it is an error if a solid is at the robot's start or at a way-point in all of them."""
+"""Number of draws before giving up, if each puts a solid at the robot's start or at a way-point."""
 
 
 class ScenarioTemplate:
@@ -22,7 +22,7 @@ class ScenarioTemplate:
 
     Each random value is checked at both ends of its range, while all others are at their first end. Raises
     ScenarioError, with file, line and key. ``allowed`` are the modules and ``module:name`` places whose code the user
-    allows; other code is refused. With None code may be named, but cannot run.
+    allows; other code is refused. If it is None, the scenario may name any code, but none can run.
     """
 
     def __init__(self, source: ScenarioSource, allowed: Sequence[str] | None) -> None:

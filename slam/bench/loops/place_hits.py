@@ -23,7 +23,7 @@ APART: Final = 12.0
 """Least path length between the two submaps, metres."""
 MAX_PAIRS: Final = 200
 RIGHT_METRES, RIGHT_RADIANS = 0.6, 0.12
-"""A place counts as correct if its distance from the true one is below this, metres."""
+"""A place counts as correct if it differs from the true one by less than this, metres and radians."""
 
 
 class PlaceHits(NamedTuple):
@@ -33,13 +33,13 @@ class PlaceHits(NamedTuple):
     hits: tuple[int, ...]
     """Pairs whose true place is among the first k proposals, for each k of RANKS."""
     seconds: float
-    """Processor time of all pairs, without the walls of submaps."""
+    """Processor time of the proposals for all pairs; the walls of the submaps are found before, and not timed."""
 
 
 def place_hits(closed: ClosedRun, reference: InterpolatedPoses) -> PlaceHits:
     """Propose the places of all submaps near an earlier one; of many pairs, MAX_PAIRS are drawn at random.
 
-    ``reference`` has the base at every scan of the run.
+    ``reference`` has the poses of the base at all scans of the run.
     """
     middles = np.array([_middle(submap) for submap in closed.submaps], np.int64)
     at = closed.indices[middles]

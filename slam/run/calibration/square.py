@@ -17,7 +17,8 @@ from slam.robot import Observation, Robot
 from slam.run.calibration.wheel_fit import Leg
 
 _NEAR, _ALIGNED = 0.005, 0.01
-"""Metres and radians from its end at which a leg is over; it need not end exactly there, as its motion is measured."""
+"""A side is over this near its end, metres, a turn this near its heading, radians. The motion is measured, so legs need
+not be exact."""
 _SLOWEST: Final = Twist2D(0.02, 0.04)
 _STILL: Final = 3
 """Number of scans without motion after which scan and odometry surely belong to the same pose."""

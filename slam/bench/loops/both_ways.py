@@ -28,7 +28,7 @@ class BothWays:
     unclosed_times: FloatArray
     """Processor time of every update without loops, seconds, (N,)."""
     live_times: FloatArray
-    """Processor time of every update with loops, seconds, (N,), without that of other threads."""
+    """Processor time of every update with loops, on its own thread, seconds, (N,)."""
     live_total: float
     """Processor time of all updates with loops, including the search on other threads."""
     finish_time: float

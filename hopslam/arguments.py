@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slam.errors import InputError
+from slam.errors import InputError, shown
 from slam.limits import BEAMS
 from slam.pose import FloatArray, Pose2D
 
@@ -175,9 +175,3 @@ def _fault_of_items(items: Any) -> str:
 
 def _is_number(item: Any) -> bool:
     return isinstance(item, Real | np.integer | np.floating) and not isinstance(item, bool | np.bool_)
-
-
-def shown(item: Any) -> str:
-    """Shorten the text of a value to a few characters."""
-    text = " ".join(repr(item).split())
-    return text if len(text) <= 40 else f"{text[:37]}..."

@@ -2,9 +2,8 @@
 
 from collections.abc import Sequence
 
-from hopslam.arguments import shown
 from slam.config import SlamConfig
-from slam.errors import ScenarioError
+from slam.errors import ScenarioError, shown
 from slam.scenario.file import load_scenario
 from slam.scenario.settings import one_or_several
 

@@ -88,3 +88,9 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str | None = None) 
     if close := get_close_matches(word, known, n=1):
         return f"did you mean {close[0]}?"
     return f"known here: {', '.join(known)}" if otherwise is None else otherwise
+
+
+def shown(value: object) -> str:
+    """Shorten the text of a value to one line of a few characters."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 40 else f"{text[:37]}..."

@@ -91,6 +91,13 @@ def test_the_reference_lists_every_key_with_valid_links() -> None:
     assert keys <= set(re.findall(r"^\| `(\w+)`", page, re.MULTILINE))
 
 
+def test_the_reference_has_each_paragraph_of_a_section_once() -> None:
+    page = " ".join(scenario_reference().split())
+    for section in SCHEMA["$defs"].values():
+        for paragraph in section["description"].replace("``", "`").split("\n\n")[1:]:
+            assert page.count(" ".join(paragraph.split())) == 1
+
+
 def test_every_lidar_and_mode_is_in_its_table() -> None:
     assert get_args(LidarName) == tuple(LIDARS)
     assert get_args(ModeName) == tuple(MODES)

@@ -25,7 +25,7 @@ DOUBLED_NOISE: Final = "corridor, noise x 2"
 PEERS: Final = {
     "corridor_synthetic": "ATE 0.077 (Karto), heading 0.10 (LaMa, 30 particles), extent 1.005 (Karto)",
     "fr079": "relations 0.047 m, 1.13 deg (LaMa)",
-    "mines1": "crispness 43.8 on another log of this mine (small_gicp)",
+    "mines1": "crispness 43.8 on another log of the same series (small_gicp)",
 }
 
 

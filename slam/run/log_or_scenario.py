@@ -6,7 +6,7 @@ from typing import Any
 
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
-from slam.errors import InputError, ScenarioError
+from slam.errors import InputError, ScenarioError, shown
 from slam.files.logs import BagTopics
 from slam.run.experiment import Experiment
 from slam.run.experiment_setup import replay_experiment
@@ -32,7 +32,7 @@ def is_recorded(source: str | Path) -> bool:
 def path_of(argument: str, value: str | Path) -> Path:
     """Return the path that a caller gave for this argument; InputError for anything else."""
     if not isinstance(value, str | Path):
-        raise InputError(f"{argument}: expected a path (got {value!r})")
+        raise InputError(f"{argument}: expected a path (got {shown(value)})")
     return Path(value)
 
 

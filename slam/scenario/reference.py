@@ -28,7 +28,16 @@ def scenario_reference() -> str:
     parts = [_INTRODUCTION, "## The file\n", schema["description"], ""]
     parts += [*_rows(schema), *_sections("", schema, dict(schema["$defs"]))]
     text = "\n".join([*parts, "## Random values {#random}\n", *_rows(*kinds)])
-    return _choices_named(text, schema["$defs"])
+    return _choices_named(_notes_once(text, schema["$defs"]), schema["$defs"])
+
+
+def _notes_once(text: str, sections: Schema) -> str:
+    """In the row of a section, keep the first paragraph of its description; the others are under its heading."""
+    for section in sections.values():
+        first, _, rest = _code(section["description"]).partition("\n\n")
+        row, short = (" ".join(part.split()) + " |" for part in (f"{first} {rest}", first))
+        text = text.replace(row, short)
+    return text
 
 
 def _choices_named(text: str, sections: Schema) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
-from slam.errors import ScenarioError
+from slam.errors import ScenarioError, shown
 from slam.scenario.random_value import is_random
 from slam.scenario.yaml_file import YAML_ERRORS, KeyPath, explain_yaml_error, load_yaml
 
@@ -15,7 +15,7 @@ def one_or_several(given: str | Iterable[str]) -> tuple[str, ...]:
     """Turn a single string into a list of one, not of its letters; ScenarioError for anything but strings."""
     several = (given,) if isinstance(given, str) else tuple(given) if isinstance(given, Iterable) else (None,)
     if not all(isinstance(one, str) for one in several):
-        raise ScenarioError(f"expected a string, or a list of strings (got {given!r})")
+        raise ScenarioError(f"expected a string, or a list of strings (got {shown(given)})")
     return several
 
 

@@ -3,7 +3,7 @@
 from contextlib import suppress
 from pathlib import Path
 
-from slam.errors import ScenarioError, did_you_mean
+from slam.errors import ScenarioError, did_you_mean, shown
 
 SHIPPED = next(
     (p for p in (Path(__file__).parents[1] / "scenarios", Path(__file__).parents[2] / "scenarios") if p.is_dir()),
@@ -20,7 +20,7 @@ def shipped_scenarios() -> list[str]:
 def find_scenario(name: str | Path, beside: Path = Path()) -> Path:
     """Find the file of a scenario given by name, or by path, relative to the folder ``beside``."""
     if not isinstance(name, str | Path):
-        raise ScenarioError(f"scenario: expected a name or a path (got {name!r})")
+        raise ScenarioError(f"scenario: expected a name or a path (got {shown(name)})")
     path, shipped = beside / name, SHIPPED / f"{name}.yaml"
     with suppress(OSError):  # the name is too long for a file
         if path.is_file():

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-from slam.errors import InputError
+from slam.errors import InputError, shown
 from slam.files.tum import read_tum
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
@@ -37,7 +37,7 @@ def read_trajectory(source: Source) -> Trajectory:
     if isinstance(source, HasTrajectory):
         return Trajectory(source.stamps, source.trajectory)
     if not isinstance(source, str | Path):
-        raise InputError(f"expected a run, or the path of a run folder or a TUM file (got {source!r})")
+        raise InputError(f"expected a run, or the path of a run folder or a TUM file (got {shown(source)})")
     if Path(source).is_dir():
         traces = RunRecord.open(source).traces
         return Trajectory(traces.stamps, traces.final)

@@ -18,8 +18,9 @@ class SensorClock:
     seconds, plus a varying one. The offset of the two clocks is therefore estimated from the events with the shortest
     delays: a smaller difference is taken over at once, a larger one only as fast as the clocks can drift.
 
-    The returned times always increase, and begin after ``after``. If the first events arrived late, the estimate falls
-    later; until the true times have caught up, the returned ones increase by the least step, and ``settled`` is False.
+    The returned times always increase, and begin after ``after``. If the first events arrived late, their times are
+    too late, and the estimate drops when an event arrives in time. Until it has caught up with the returned times,
+    these increase by the least step, and ``settled`` is False.
     """
 
     def __init__(self, wrap: float, least_delay: float = 0.0, after: float = -inf) -> None:
@@ -44,8 +45,7 @@ class SensorClock:
     def host_time(self, sensor_time: float, arrival: float) -> float:
         """Return the host's time of the event stamped ``sensor_time`` that arrived at ``arrival``, seconds.
 
-        The sensor's times of successive calls increase by less than ``wrap``. Every ``arrival`` but the first may be
-        later than the true time of arrival.
+        Successive events must be less than ``wrap`` apart. ``arrival`` may be later than the true time of arrival.
         """
         passed = 0.0 if self._sensor is None else (sensor_time - self._sensor) % self._wrap
         expected = inf if self._sensor is None else self._offset + _FASTEST_DRIFT * passed

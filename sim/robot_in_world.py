@@ -88,7 +88,7 @@ class RobotInWorld(ABC):
         return self.steps / self._rate
 
     def command(self, twist: Twist2D) -> Twist2D:
-        """Command a velocity; return it clipped to the limits, which the ramps now approach."""
+        """Command a velocity, and return it clipped to the limits; from now on the ramps approach the clipped one."""
         return self.controller.command(twist)
 
     @abstractmethod

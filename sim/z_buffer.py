@@ -35,7 +35,7 @@ ROUGH: Final = 1.5e-5
 
 @compiled_on_views
 def fan_of(rays: FloatArray) -> Fan:
-    """Find the bounds of rays (5, N)."""
+    """Find the bounds of rays (5, N), as in ``sim/rays.py``."""
     bearings = rays[4]
     low_x, high_x = _span(rays[0])
     low_y, high_y = _span(rays[1])
@@ -75,8 +75,8 @@ def fan_interval(fan: Fan, begin: float, width: float, turn: int, rays: int) -> 
 def stop_at_walls(rays: FloatArray, ranges: FloatArray, plan: WallPlan, world: int) -> None:
     """Shorten ``ranges`` (N,), at most the plan's range limit, where a wall of this world is nearer along a ray.
 
-    The rays of a turning lidar begin at different places, at most ``spread`` from their middle. There the bearing of a
-    wall's end at distance d differs by at most asin(spread / d).
+    The rays of a turning lidar begin at different places, at most ``spread`` from their middle. Seen from there, the
+    bearing of a wall's end at distance d differs by at most asin(spread / d) from that seen from the middle.
     """
     fan = fan_of(rays)
     far = (plan.reach + fan.spread) ** 2
@@ -107,7 +107,7 @@ def _bearings_of(x: float, y: float, ux: float, uy: float, squared: float, sprea
     width = rough_bearing(x + ux, y + uy) - begin
     width += 2.0 * np.pi * (width < -2.0 * ROUGH)
     margin, end_margin = _parallax(spread, x, y) + ROUGH, _parallax(spread, x + ux, y + uy) + ROUGH
-    first = min(-margin, width - end_margin)  # seen from the other side, the ends may have changed places
+    first = min(-margin, width - end_margin)  # another ray's origin may see the ends in the opposite order
     return begin + first, max(margin, width + end_margin) - first
 
 

@@ -33,7 +33,7 @@ def scip(text: str) -> str:
 
 
 def entries(**values: str) -> str:
-    """Lines KEY:value; with their sums, in which the semicolon does not count."""
+    """Lines of the form ``KEY:value;sum``, with the sum of the characters before the semicolon."""
     return "".join(f"{k}:{v};{scip(f'{k}:{v}')[-1]}\n" for k, v in values.items())
 
 

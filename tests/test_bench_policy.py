@@ -54,7 +54,7 @@ def test_without_pybullet_the_table_names_the_package(monkeypatch: pytest.Monkey
     assert [row[:2] for row in table.rows] == [
         ("batch", "2"), ("physics.engine: plan", "2"), ("devices, moved by plan", "0"),
     ]  # fmt: skip
-    assert "left out: PyBullet; PyBullet, as often as devices; devices, moved by PyBullet." in table.notes
+    assert "left out: PyBullet; PyBullet, only the seeds of devices; devices, moved by PyBullet." in table.notes
 
 
 def test_a_wrong_policy_is_refused_in_a_line() -> None:

@@ -195,7 +195,7 @@ def test_a_file_that_is_not_a_graph_is_refused(lap_run: Path, tmp_path: Path) ->
 def test_mapping_continues_in_the_closed_map(
     lap_run: Path, lap_log: Path, lap_path: list[Pose2D], tmp_path: Path
 ) -> None:
-    """The robot begins where the other run ended; the log begins elsewhere, so that it has to find its place."""
+    """The log does not begin where the other run ended: the robot has to find its pose in the saved map first."""
     experiment = continue_mapping(replay_experiment(lap_log, load_scenario("replay")), lap_run / "map.json", "search")
     folder = experiment.run(tmp_path / "run", pictures=False).folder
     record = RunRecord.open(folder)

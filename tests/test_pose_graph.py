@@ -39,7 +39,7 @@ def loop_at(poses: FloatArray, first: int, second: int, number: int, off: tuple[
 
 
 @given(POSE, POSE)
-def test_adding_poses_one_by_one_equals_all_at_once(a: FloatArray, b: FloatArray) -> None:
+def test_single_poses_are_composed_as_arrays_of_poses_are(a: FloatArray, b: FloatArray) -> None:
     for found, expected in (
         (composed(a, b), compose_poses(a, b)),
         (between(a, b), relative_poses(a, b)),

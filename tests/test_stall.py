@@ -151,8 +151,10 @@ def test_the_base_is_not_stuck_on_slanting_or_thin_sills(height: float, box: Any
 
 
 def grip_needed(height: float) -> float:
-    """Least coefficient of friction at which the wheels do not slip under full torque, against something ``height``
-    metres above the floor, as the push takes load off the axle and puts it on the caster."""
+    """Return the least coefficient of friction at which wheels under full torque do not slip at an obstacle.
+
+    The obstacle pushes back ``height`` metres above the floor; this moves load from the axle to the caster.
+    """
     links = ElementTree.parse(asset("urdf/p3dx.urdf")).findall("link")
     mass = {link.get("name"): float(link.find("inertial/mass").get("value")) for link in links}
     behind = (0.06 * mass["base_link"] + CASTER * mass["caster"]) / sum(mass.values())

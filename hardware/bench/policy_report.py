@@ -22,7 +22,7 @@ def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) ->
         "batch": lambda: score_in_batch(policy, seeds),
         "physics.engine: plan": lambda: score_alone(policy, seeds, "plan"),
         "PyBullet": lambda: score_alone(policy, seeds, "bullet"),
-        "PyBullet, as often as devices": lambda: score_alone(policy, first, "bullet"),
+        "PyBullet, only the seeds of devices": lambda: score_alone(policy, first, "bullet"),
         "devices, moved by plan": lambda: score_on_devices(policy, first, "plan"),
         "devices, moved by PyBullet": lambda: score_on_devices(policy, first, "sim"),
     }
@@ -34,8 +34,9 @@ def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) ->
             rows.append(_row(place, score()))
     columns = ("", "episodes", "return\nmean", "least", "most", "seconds\nmean", "collisions", "goals")
     notes = (
-        "All rows have the same seeds. In the batch a seed selects one of the prepared worlds, one per robot; "
-        "elsewhere it generates a world. Devices run in real time; there, rewards, ends and the goal come from SLAM."
+        "All rows have the same seeds. For the batch as many worlds as robots are prepared, and a seed selects one of "
+        "them; elsewhere a seed generates the world. Devices run in real time; there, rewards, ends and the goal come "
+        "from SLAM."
     )
     if left_out:
         notes += f" PyBullet is not installed (pip install pybullet); left out: {'; '.join(left_out)}."

@@ -61,7 +61,7 @@ class TcpPort:
         return f"socket://127.0.0.1:{self._number}"
 
     def open(self) -> None:
-        """Listen; after the first time on the same port as before."""
+        """Listen, always on the same port, which the system chooses the first time if its number was 0."""
         self._listener = socket.create_server(("127.0.0.1", self._number))
         self._listener.setblocking(False)
         self._number = self._listener.getsockname()[1]

@@ -69,7 +69,7 @@ class PtyPort:
         return 0
 
     def client_baud(self) -> int | None:
-        """Read the bit rate from the terminal's settings; on Linux also those without a constant in termios."""
+        """Read the bit rate from the terminal's settings; on Linux also a rate without a constant in termios."""
         if self._master < 0:
             return None
         if sys.platform != "linux":

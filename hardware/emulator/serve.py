@@ -29,7 +29,7 @@ from slam.scenario.schema import Scenario
 _TRUTH_PERIOD: Final = 0.05
 """Seconds between two true poses."""
 _SHOWN_EVERY: Final = 2
-"""A viewer is shown the state at every second true pose."""
+"""Number of true poses from one state that viewers get to the next."""
 
 
 def serve(
@@ -50,8 +50,9 @@ def serve(
     """Print one line of JSON with the addresses of both ports when they are ready, and serve until interrupted.
 
     ``truth`` is a file for the true poses of the base as TUM text, 20 per second, stamped by the host's monotonic
-    clock; each of ``shows`` gets the state 10 times per second. ``lidar`` is the model that is emulated. InputError for
-    an unknown fault, and for a file or folder that cannot be used.
+    clock; each of ``shows`` gets the state 10 times per second. ``lidar`` is the model that is emulated, ``drift``
+    the relative error of its clock; with ``rs232`` its line is as slow as its bit rate. InputError for an unknown
+    fault, and for a file or folder that cannot be used.
     """
     planned = [TimedFault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp, device_name(lidar))

@@ -57,7 +57,7 @@ class SlamViews(Closing):
             )  # fmt: skip
             x, y, theta, v, omega = seen.odometry[i].tolist()
             odometry = Odometry(stamp, Pose2D(x, y, theta), Twist2D(v, omega))
-            seed = int(robots.base["stream"][i] >> np.uint64(33)) if begins[i] else None
+            seed = int(robots.base["stream"][i] >> np.uint64(33)) if begins[i] else None  # 31 bits of its random stream
             yield ScanOfRobot(i, int(robots.world[i]), seed, scan, odometry, Pose2D.from_array(seen.pose[i]))
 
 

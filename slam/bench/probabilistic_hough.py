@@ -12,7 +12,7 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class ProbabilisticHough:
-    """Settings, by default the best found on TUNING_SEEDS at noise spec/3; lengths in metres."""
+    """Settings, lengths in metres; the defaults are tuned at the noise level ``spec/3`` of ``slam.bench.scenes``."""
 
     cell: float = 0.05
     """Side of a pixel, metres."""

@@ -15,7 +15,7 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class Ransac:
-    """Settings, by default the best found on TUNING_SEEDS at noise spec/3; lengths in metres."""
+    """Settings, lengths in metres; the defaults are tuned at the noise level ``spec/3`` of ``slam.bench.scenes``."""
 
     max_distance: float = 0.03
     """Largest distance of an inlier from its line, metres."""
@@ -64,7 +64,7 @@ class Ransac:
 
 
 def _longest(indices: IntArray, max_hole: int) -> tuple[int, int]:
-    """Return first and last of the longest run of indices that lacks at most ``max_hole`` indices in a row."""
+    """Return first and last of the longest run of indices; ``max_hole`` missing indices in a row do not end a run."""
     parts = np.split(indices, np.flatnonzero(np.diff(indices) > max_hole + 1) + 1)
     longest = max(parts, key=len)
     return int(longest[0]), int(longest[-1])

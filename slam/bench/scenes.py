@@ -14,7 +14,9 @@ from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scan import LaserScan
 
 TUNING_SEEDS: Final = range(60)
+"""Seeds of the scenes on which the extractors were tuned."""
 HELD_OUT_SEEDS: Final = range(1000, 1060)
+"""Seeds of the scenes on which they are compared."""
 WARM_UP_SEEDS: Final = range(2000, 2060)
 """Seeds of the rooms in which a sensor learns its noise."""
 NOISE_LEVELS: Final = {"spec/19": 1 / 19, "spec/3": 1 / 3, "spec": 1.0}

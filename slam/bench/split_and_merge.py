@@ -16,7 +16,7 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class SplitAndMerge:
-    """Settings, by default the best found on TUNING_SEEDS at noise spec/3; lengths in metres."""
+    """Settings, lengths in metres; the defaults are tuned at the noise level ``spec/3`` of ``slam.bench.scenes``."""
 
     max_distance: float = 0.09
     """A piece is split at its farthest point if that is farther than this, metres, from the line of its ends."""

@@ -28,7 +28,7 @@ def bench_loops(
         int | None,
         typer.Option(
             min=0,
-            help="Number of runs; default: logs 8 of aces with noise, sim 10 of each scenario, stress 5 of a variant.",
+            help="Runs; default: 8 of aces with noise (logs), 10 of a scenario (sim), 5 of a variant (stress).",
         ),
     ] = None,
     stress: Annotated[bool, typer.Option("--stress", help="The same as the part stress.")] = False,

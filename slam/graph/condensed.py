@@ -16,18 +16,18 @@ from slam.graph.surest_paths import SubmapSteps
 from slam.pose import FloatArray, wrap_angle
 
 STEP_SIGMAS: Final = np.array([0.08, 0.08, 0.04])
-"""Standard deviations from one submap to the next, for the search of candidates: metres and radians. The graph uses
+"""Standard deviations from one submap to the next in the search of loop candidates, metres and radians. The graph uses
 half of them."""
 BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
 """Standard deviations that a break of the front end between two submaps adds, metres and radians."""
 BREAK_WEIGHT: Final = 0.05
 """Weight of an edge over a break, in the graph."""
 LOOP_SIGMAS: Final = np.array([0.1, 0.1, 0.01])
-"""Standard deviations over a loop, for the search of candidates, metres and radians."""
+"""Standard deviations over a loop in the search of loop candidates, metres and radians."""
 CONDENSED_SIGMAS: Final = np.array([0.03, 0.03, 0.005])
 """Standard deviations over a loop in the graph, in addition to those of its matches."""
 BELIEVED: Final = 0.3
-"""Least weight of a loop that joins two submaps in the search of candidates."""
+"""Weight above which a loop, or the tie to an earlier run, is taken as correct."""
 TOLERANCE: Final = 1e-3
 """The solver stops at a step below this, metres and radians."""
 
@@ -37,7 +37,7 @@ class CondensedGraph:
 
     def __init__(self, graph: SubmapGraph, kernel: float) -> None:
         self._graph, self._kernel = graph, kernel
-        self._edges: list[Edge] = []  # one for each loop, between numbers of submaps
+        self._edges: list[Edge] = []  # one for each loop; its ends are numbers of submaps
         self._covariances: dict[int, FloatArray] = {}
         self.weights = np.empty(0)
         """Weight of every loop."""
@@ -66,7 +66,7 @@ class CondensedGraph:
         return self._covariances.get(submap.number, next(reversed(self._covariances.values())))
 
     def steps(self) -> SubmapSteps:
-        """Return the steps between submaps over which candidates are searched."""
+        """Return the steps between submaps over which loop candidates are searched."""
         submaps = self._submaps
         at = {submap.number: k for k, submap in enumerate(submaps)}
         steps = [(k - 1, k) for k in range(1, len(submaps)) if _follows(submaps[k - 1], submaps[k])]
@@ -88,7 +88,10 @@ class CondensedGraph:
         return [*steps, *self._graph.ties.values()]
 
     def edges_of(self, number: int) -> list[Edge]:
-        """Return the edges of a submap, which join numbers of submaps; information of loops includes their weight."""
+        """Return the edges of a submap; their ends are numbers of submaps.
+
+        The information of a loop is multiplied by its weight.
+        """
         loops = zip(self._edges, self.weights.tolist(), strict=True)
         weighed = [edge._replace(information=weight * edge.information) for edge, weight in loops if weight > BELIEVED]
         return [edge for edge in [*self.chain(), *weighed] if number in (edge.first, edge.second)]

@@ -92,7 +92,7 @@ def refine(
 
 
 class _Sensed(NamedTuple):
-    """Facets with a normal of all key scans."""
+    """The facets of all key scans, without those that have no normal."""
 
     facets: FloatArray
     """(F, 7): facets, sensor frame."""

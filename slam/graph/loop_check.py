@@ -18,8 +18,8 @@ MIN_FACETS: Final = 5
 PRIOR_INFORMATION: Final = np.diag(1.0 / np.array([0.1, 0.1, 0.03]) ** 2)
 """Information of the pose of a key scan, given that of its submap: metres and radians."""
 AGREEING: Final = 0.5, 0.7
-"""Least share of agreeing facets: the first number, or the second times the agreement with its own submap, whichever is
-less."""
+"""A key scan agrees if its agreement exceeds the first number, or the second times the share of its facets that agreed
+with its own submap."""
 NEAR: Final = 3.0
 """Distance to the path of the other submap within which a key scan is tested, metres."""
 MIN_AGREEING, MIN_AGREEING_SHARE = 2, 0.5

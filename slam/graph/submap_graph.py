@@ -51,7 +51,10 @@ class SubmapGraph:
         self.loops: list[Loop] = []
         self.poses: list[FloatArray] = []
         self.ties: dict[tuple[int, int], Edge] = {}
-        """Edges between two submaps, by their numbers, which replace the edges by way of removed submaps."""
+        """Edges between two submaps, by their numbers.
+
+        They replace the edges through removed submaps, and join the map of an earlier run to this run.
+        """
         self.added_count = 0
         """Number of key scans that were added, including removed ones."""
         self._number_of: dict[int, int] = {}
@@ -104,7 +107,7 @@ class SubmapGraph:
         self.ties[at] = fused(inflated(self.ties[at], FORGOTTEN), tie) if at in self.ties else tie
 
     def tie_edges(self) -> list[Edge]:
-        """Return the ties, which replace edges by way of removed submaps, as edges between the nodes of submaps."""
+        """Return the ties as edges between the nodes of submaps."""
         node = {number: submap.node for number, submap in self.submaps.items()}
         return [tie._replace(first=node[tie.first], second=node[tie.second]) for tie in self.ties.values()]
 

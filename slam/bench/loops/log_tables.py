@@ -75,11 +75,11 @@ def error_table(results: Sequence[LogResult]) -> ResultTable:
     )  # fmt: skip
     notes = (
         "Live: the poses as estimated at each scan. Final: the poses after the last scan. Seconds: processor time of "
-        "the whole run. Relations: mean error, metres; centre: that of the robot's centre. ATE: metres, after "
-        "alignment. Open: error of the last poses against the first, by matching their scans. Off axes: root mean "
-        "square deviation of the walls from the main directions. Crisp: occupied 5 cm cells for every 1000 points, "
-        "fewer are better. The last four columns are the relations of Hess et al., 2016; for aces they stand in the "
-        "row of ATE, which is another measure."
+        "the whole run. Relations: mean error, metres, for the poses of the log; of the centre: the same for the "
+        "robot's centre. ATE: metres, after alignment. Open: error of the last poses against the first, by matching "
+        "their scans. Off axes: root mean square deviation of the walls from the main directions. Crisp: occupied 5 "
+        "cm cells for every 1000 points, fewer are better. The last four columns are the relations of Hess et al., "
+        "2016; for aces they stand in the row of ATE, which is another measure."
     )
     rows = [row for result in results for row in _error_rows(result)]
     return ResultTable("Loops closed on recorded logs", columns, rows, notes)
@@ -148,8 +148,8 @@ def place_table(results: Sequence[LogResult]) -> ResultTable:
         if (found := result.places) is not None and found.pairs
     ]  # fmt: skip
     notes = (
-        "Share of the pairs of submaps, at most 4 m apart and at least 12 m apart along the path, whose true place is "
-        "among the first."
+        "Pairs: submaps at most 4 m apart, with a path of at least 12 m between them. Among the first: share of the "
+        "pairs whose true relative pose is among that many proposals."
     )
     return ResultTable("Places from walls alone", columns, rows, notes)
 
@@ -159,8 +159,8 @@ def cost_table(results: Sequence[LogResult]) -> ResultTable:
     columns = ("log", "scans", "never\nms", "p99", "auto\nms", "p99", "after the\nlast scan, s", "all\nratio")
     notes = (
         "Processor time of an update in the calling thread, extraction included; each scan is given to one mode and "
-        "then to the other. Ratio: of the time of all threads, from the first scan to the closed map, to that without "
-        "loops."
+        "then to the other. Ratio: processor time of all threads with loops, from the first scan to the closed map, "
+        "divided by that without loops."
     )
     rows = [
         (

@@ -31,7 +31,7 @@ class Fig3:
     """The scan, and its segments by the paper's method."""
 
     T_map_laser: Pose2D
-    """True pose of the sensor; its x axis points ahead, unlike the paper's y axis: theta = phi_k + 90 deg."""
+    """True pose of the sensor. Its x axis points ahead; in the paper the y axis does: theta = phi_k + 90 deg."""
     scan: LaserScan
     segments: Segments
     """Segments in the sensor frame."""

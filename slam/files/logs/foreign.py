@@ -14,8 +14,8 @@ _KINDS: Final = (
     ),
     (
         re.compile(rb".{0,8}(CSensoryFrame|CAction|CObservation|CRawlog)", re.DOTALL),
-        "an MRPT rawlog; give the CARMEN log or the bag that it was made of, or write its scans and odometry to one "
-        "(rawlog-edit --export-2d-scans-txt and --export-odometry-txt give them as text)",
+        "an MRPT rawlog; give the CARMEN log or the bag from which it was made, or make a CARMEN log of its scans and "
+        "odometry (rawlog-edit --export-2d-scans-txt and --export-odometry-txt write them as text)",
     ),
 )
 _HEAD: Final = 64

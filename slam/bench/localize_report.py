@@ -11,13 +11,15 @@ from slam.console.terminal import Terminal
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import Estimate, LineSlam
 from slam.mapping.surfel_map import SurfelMap
-from slam.matching.surfel_mapper import SurfelMapper
 from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.robot import Observation
 from slam.run.backends import make_robot
+from slam.run.closing_loops import LoopCloser
+from slam.run.estimator import map_made_by
 from slam.run.pilots import Wanderer, WaypointPilot
 from slam.run.results.metrics import RIGHT
 from slam.run.warm_up import warm_up
+from slam.saved_slam import SavedSlam
 from slam.scenario.schema import Scenario
 from slam.scenario.solids import clearance, obstacle_footprints
 from slam.scenario.values import Place
@@ -33,11 +35,17 @@ class MappedWorld:
     """World of a scenario, the map that a run made of it, and the errors of that run."""
 
     scenario: Scenario
-    map: SurfelMap
+    saved: SavedSlam
+    """The map, with its loops closed, as ``map.json`` has it."""
     truth: FloatArray
     """True poses ``T_map_base`` of the mapping run, (N, 3)."""
     estimate: FloatArray
-    """Estimated poses of the mapping run, (N, 3)."""
+    """Poses of the mapping run in the map, (N, 3)."""
+
+    @property
+    def map(self) -> SurfelMap:
+        """The surfels of the map."""
+        return self.saved.mapper.map
 
     def in_map(self, T_map_base: Pose2D) -> Pose2D:
         """Return the pose in the map for a true pose: shifted by the error of the mapping run's pose nearest to it."""
@@ -88,22 +96,26 @@ def localization_table(scenario: Scenario, trials: int, seconds: float, seed: in
 
 
 def map_world(scenario: Scenario) -> MappedWorld:
-    """Drive the scenario's route once, mapping."""
+    """Drive the scenario's route once, map it, and close the loops."""
     start = scenario.robot.start.pose
     slam, pilot = LineSlam(scenario.slam, scenario.lidar.mount.pose, start), WaypointPilot(scenario.route, start)
-    truth, estimates = [], []
+    closer, truth, estimates = LoopCloser(slam), [], []
     with make_robot("sim", scenario) as robot:
         while (observation := robot.observe()) is not None:
             estimate = slam.update(observation.scan, observation.odometry)
             assert observation.T_map_base is not None
             truth.append(observation.T_map_base)
             estimates.append(estimate.T_map_base)
+            closer.add(estimate)
             command = pilot.command(estimate.T_map_base)
             if command is None:
                 break
             robot.drive(command)
-    assert isinstance(slam.mapper, SurfelMapper)
-    return MappedWorld(scenario, slam.mapper.map, stack_poses(truth), stack_poses(estimates))
+    closed = closer.closed()
+    saved = map_made_by(slam) if closed is None else closed.saved
+    assert saved is not None
+    poses = stack_poses(estimates) if closed is None else closed.trajectory
+    return MappedWorld(scenario, saved, stack_poses(truth), poses)
 
 
 def draw_start_poses(world: MappedWorld, random: np.random.Generator) -> Iterator[Pose2D]:
@@ -124,7 +136,8 @@ def trial(
 
     It wanders at each for this number of simulated seconds.
     """
-    localizer = LineLocalizer(world.scenario.slam, world.scenario.lidar.mount.pose, world.map)
+    mount = world.scenario.lidar.mount.pose
+    localizer = LineLocalizer(world.scenario.slam, mount, world.map, noise=world.saved.noise)
     first, T_odom_base = _wander_at(world, localizer, places[0], Pose2D(), seconds, seed)
     second, _ = _wander_at(world, localizer, places[1], T_odom_base, seconds, seed)
     return first, second

@@ -10,7 +10,7 @@ import numpy as np
 
 from slam.console.terminal import Terminal
 from slam.line_slam import Estimate, LineSlam
-from slam.matching.surfel_mapper import SurfelMapper
+from slam.mapping.surfel_map import SurfelMap
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D, relative_poses, stack_poses, wrap_angles
 from slam.run.experiment_setup import scenario_experiment
@@ -39,8 +39,8 @@ class _TimedSlam(LineSlam):
         began = process_time()
         estimate = super().update(scan, odometry)
         self.times.append(process_time() - began)
-        assert isinstance(self.mapper, SurfelMapper)  # paper mode has no covariance, and is not measured here
-        self.nbytes.append(self.mapper.map.nbytes)
+        assert isinstance(self.points, SurfelMap)  # paper mode has no covariance, and is not measured here
+        self.nbytes.append(self.points.nbytes)
         return estimate
 
 
